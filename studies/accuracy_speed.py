@@ -1,11 +1,11 @@
-"""Error against computing time of every method on the same ensembles.
+"""Error against computing time of every integration method on the same ensembles.
 
     python studies/accuracy_speed.py --out results
 
-Work-precision diagrams of five ensembles, with references far more accurate than any charted point; the errors that
-`checked_share` estimates, compared with the true errors; and the choice of `plan`, compared with the best choice of an
-exhaustive search. Writes accuracy_speed.nc and four figures. studies/decision.py shows the effect of accuracy,
-structures and records on a fragility curve.
+The study computes three things: work-precision diagrams of five ensembles, with reference solutions that are far more
+accurate than any charted point; the errors that `checked_share` estimates, compared with the true errors; and the
+choice of `plan`, compared with the best choice of an exhaustive search. It writes accuracy_speed.nc and four figures.
+studies/decision.py shows how accuracy, number of structures and number of records affect a fragility curve.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ Points = Mapping[tuple[str, str, float], Point]
 
 
 def label_points(scenes: Mapping[str, Charted], points: Mapping[str, Points]) -> xr.Dataset:
-    """Return the points of all scenes over scene, method, dtype and step; NaN for missing points."""
+    """Return the points of all scenes, with the dimensions scene, method, dtype and step; NaN for missing points."""
     axes = (list(scenes), list(METHODS), list(DTYPES), list(STEPS))
     shape = tuple(len(axis) for axis in axes)
     errors = np.full((*shape, len(DEMANDS), len(STATISTICS)), np.nan)
@@ -94,7 +94,7 @@ def label_points(scenes: Mapping[str, Charted], points: Mapping[str, Points]) ->
 
 
 def label_plans(scenes: Mapping[str, Charted], plans: Mapping[str, list[Planned]]) -> xr.Dataset:
-    """Return the choice of `plan` for each scene and target, and the best charted point."""
+    """Return the choice of `plan` for each scene and target error, and the fastest charted point within the target."""
     columns = {
         "plan_method": ("method that plan chose", "1"),
         "plan_dtype": ("number type that plan chose", "1"),
@@ -116,7 +116,7 @@ def label_plans(scenes: Mapping[str, Charted], plans: Mapping[str, list[Planned]
 
 
 def build_dataset(scenes: Mapping[str, Charted], settings: Settings) -> xr.Dataset:
-    """Run everything and return it as one dataset."""
+    """Measure all points and plans of the scenes, and return them as one dataset."""
     started = time.perf_counter()
     compile_kernels(scenes.values(), settings)
     compiled = time.perf_counter()
@@ -143,7 +143,7 @@ def build_dataset(scenes: Mapping[str, Charted], settings: Settings) -> xr.Datas
 
 
 def print_report(result: xr.Dataset) -> None:
-    """Print the fastest methods, the choices of `plan`, and the accuracy of the estimated errors."""
+    """Print the fastest charted methods, the choices of `plan`, and the ratios of estimated to true errors."""
     print(f"\n{'ensemble':<12} {'target':>7}  {'best charted':<52} {'plan':<52} error and time, over target and best")
     for scene in result["scene"].values:
         for target in result["target"].values:
@@ -167,7 +167,7 @@ def print_report(result: xr.Dataset) -> None:
 
 
 def main() -> None:
-    """Run the study."""
+    """Run the study from the command line: measure, write the dataset, draw the figures and print the report."""
     arguments = read_arguments(__doc__, 1024, meaning="samples of each ensemble, at least")
     target = file_in(arguments.out, "accuracy_speed.nc")
     result = build_dataset(build_scenes(), Settings(arguments.samples, arguments.device, arguments.seed))

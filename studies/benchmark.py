@@ -2,11 +2,19 @@
 
     python studies/benchmark.py --out results [--device cpu] [--quick] [--method stoermer]
 
+<<<<<<< HEAD
 Measures the kernels (laws x storeys x number types x recorders x devices) and peers with the same task, whose peak
 drifts must agree with warpdyn's; the main job from its scene to a file, split into its parts; the scaling over samples,
 CPU threads and GPUs; and the first compile. Writes benchmark.nc and three figures. Peers are in studies/peers; missing
 peers are listed. With --method, only kernels by this method and the peers compared with them are measured, and
 benchmark_METHOD.nc is written.
+=======
+The study measures: the kernels (laws x storeys x number types x recorders x devices); other programs ("peers") with the
+same task, whose peak drifts must agree with those of warpdyn; the main job, from its scene to a file, split into its
+parts; the scaling over samples, CPU threads and GPUs; and the first compilation. It writes benchmark.nc and
+benchmark.png. The code of the peers is in studies/peers; peers that are not installed are listed. With --method, the
+study measures only the kernels of this method and the peers compared with them, and writes benchmark_METHOD.nc.
+>>>>>>> h/lang_docs
 """
 
 from __future__ import annotations
@@ -33,7 +41,7 @@ from parts.command_line import file_in, save_figures
 
 from warpdyn.foundations.files import netcdf
 
-# Columns of the measurements: their long names, their units, and the value for rows without one.
+# Columns of the table of measurements. Each has a long name, a unit, and the value of rows without this quantity.
 COLUMNS: dict[str, tuple[str, str, Any]] = {
     "part": ("part of the benchmark: kernels, every law, or scaling over samples, threads or gpus", "1", ""),
     "peer": ("who integrates", "1", ""),
@@ -62,7 +70,7 @@ COLUMNS: dict[str, tuple[str, str, Any]] = {
 
 
 def label_rows(rows: list[dict[str, Any]]) -> xr.Dataset:
-    """Return rows as columns along `measurement`."""
+    """Return the rows of the measurements as a dataset: one variable per column, with the dimension `measurement`."""
     return xr.Dataset(
         {
             name: (
@@ -76,7 +84,7 @@ def label_rows(rows: list[dict[str, Any]]) -> xr.Dataset:
 
 
 def label_jobs(jobs: list[dict[str, Any]]) -> xr.Dataset:
-    """Return the main job's parts along `job` and `job_part`."""
+    """Return the times of the main job [s] and of its parts, with the dimensions `job` and `job_part`."""
     parts = np.array([[job["parts"][part] for part in PARTS] for job in jobs])
     whole, histories = ([job[name] for job in jobs] for name in ("simulate", "histories"))
     ratios = {name: [job[name] for job in jobs] for name in ("to_dataset", "to_netcdf")}
@@ -105,7 +113,7 @@ def label_jobs(jobs: list[dict[str, Any]]) -> xr.Dataset:
 
 
 def label_starts(starts: list[dict[str, Any]]) -> xr.Dataset:
-    """Return the times of starts, along `start`."""
+    """Return the times [s] of new processes (import, first and second run), with the dimension `start`."""
     texts = {
         "process": "time of a process that runs one structure of the main job twice",
         "importing": "time of importing warpdyn in it",
@@ -125,7 +133,7 @@ def label_starts(starts: list[dict[str, Any]]) -> xr.Dataset:
 
 
 def measure_method(devices: list[str], size: dict[str, Any], method: str) -> xr.Dataset:
-    """Measure the kernels by one method, and the peers that are compared with them."""
+    """Measure the kernels of one method, and the peers that are compared with them; return the dataset."""
     first = first_of_each_kind(devices)
     kernels = [case for case in cases.kernel_cases(first, size) if case["method"] == method]
     peers = [case for case in cases.peer_cases(first, size) if (case["method"] or "rk4") == method]
@@ -135,12 +143,12 @@ def measure_method(devices: list[str], size: dict[str, Any], method: str) -> xr.
 
 
 def first_of_each_kind(devices: list[str]) -> list[str]:
-    """Return the CPU and the first GPU, if they are among the devices; else the first device."""
+    """Return the CPU and the first GPU, if they are among the devices; otherwise the first device."""
     return [device for device in devices if device in ("cpu", "cuda:0")] or devices[:1]
 
 
 def describe(devices: list[str]) -> dict[str, Any]:
-    """Return the attributes of a dataset: its title, the programs and the machine."""
+    """Return the attributes of a dataset of measurements: title, versions of the programs, processor and GPU."""
     return {
         "Conventions": "CF-1.11",
         "title": "Speed of warpdyn and of its peers on one machine",
@@ -152,7 +160,7 @@ def describe(devices: list[str]) -> dict[str, Any]:
 
 
 def build_dataset(devices: list[str], size: dict[str, Any]) -> xr.Dataset:
-    """Measure everything and return it as one dataset."""
+    """Run all measurements on the devices, and return them as one dataset with the time of each group [s]."""
     seconds: dict[str, float] = {}
 
     def timed(name: str, measure: Callable[[], Any]) -> Any:
@@ -180,7 +188,7 @@ def build_dataset(devices: list[str], size: dict[str, Any]) -> xr.Dataset:
 
 
 def main() -> None:
-    """Run the study."""
+    """Run the study from the command line."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--out", type=Path, default=Path("results"), help="folder for the results [%(default)s]")
     parser.add_argument("--device", nargs="+", help="devices, such as cpu or cuda:0 [the CPU and all GPUs]")
@@ -201,7 +209,7 @@ def main() -> None:
         print(f"wrote {target}")
         return
     target = file_in(arguments.out, "benchmark.nc")
-    build_scene()  # missing records are reported now, not after minutes
+    build_scene()  # reports missing records now, not after minutes of measurements
     result = build_dataset(devices, size)
     netcdf.write(result, target)
     figures = draw(result)

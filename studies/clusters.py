@@ -1,11 +1,12 @@
-"""The first study on a cluster of local processes, compared with one process: speed, bytes, identical results.
+"""The five-storey fragility study on a cluster of local processes, compared with one process.
 
     python studies/clusters.py --out results [--structures 64] [--device cpu]
 
-The five-storey building of studies/p695_fragility.py runs into a Zarr store: in this process on one thread, and on
-clusters of one and of two workers of one thread each. Each is timed three times, alternately, after a run that
-compiles. The shortest time counts, because other load of the machine only adds to it. With constant other load, compare
-the processor times of all workers: without loss, two workers together need no more than one. Needs pip install
+The study compares speed, bytes on disk and results, which must be identical. It runs the five-storey building of
+studies/p695_fragility.py into a Zarr store: in this process on one thread, and on clusters of one and of two workers
+with one thread each. After a first run that compiles the kernels, each is timed three times, alternately. The shortest
+time counts, because other load on the machine only adds to it. If the other load is constant, compare the processor
+times of all workers: without loss, two workers together need as much processor time as one. The study needs pip install
 "warpdyn[cluster,records]".
 """
 
@@ -24,16 +25,16 @@ from parts.command_line import read_arguments
 
 import warpdyn as wd
 
-TIMES, WORKERS = 3, (0, 1, 2)  # workers; 0: this process
+TIMES, WORKERS = 3, (0, 1, 2)  # number of timed runs; numbers of workers, where 0 means this process
 
 
 def bytes_of(folder: Path) -> int:
-    """Return the size of a folder on disk [bytes]."""
+    """Return the size of all files in a folder on disk [bytes]."""
     return sum(path.stat().st_size for path in folder.rglob("*") if path.is_file())
 
 
 def main() -> None:
-    """Run the study."""
+    """Run the study from the command line."""
     arguments = read_arguments(__doc__, 64, meaning="structures under each record at each level", counted="structures")
     arguments.out.mkdir(parents=True, exist_ok=True)
     path, scene = arguments.out / "cluster.zarr", build_scene()
@@ -50,7 +51,8 @@ def main() -> None:
                     Client(cluster) as client,
                 ):
                     client.wait_for_workers(count)
-                    # Processes import warpdyn and load their kernels in the first run.
+                    # In their first run, the worker processes import warpdyn and load their kernels; this run is not
+                    # timed.
                     how = settings | {"device": arguments.device, "cluster": client}
                     timed(scene, path, how | {"structures": 8}, time.process_time)
                     run, *taken = timed(scene, path, how, lambda: sum(client.run(time.process_time).values()))
@@ -76,7 +78,7 @@ def main() -> None:
 
 
 def timed(scene: wd.Scene, path: Path, how: dict, processor: Callable[[], float]) -> tuple[xr.Dataset, float, float]:
-    """Return a run in memory, which was written to a store, the time that it took [s], and that of processors [s]."""
+    """Run a scene into a store; return the run in memory, the elapsed time [s] and the processor time [s]."""
     shutil.rmtree(path, ignore_errors=True)
     began, processor_began = time.perf_counter(), processor()
     run = wd.simulate(scene, path=path, **how)

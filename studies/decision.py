@@ -1,12 +1,12 @@
-"""Error of fragility medians against computing time, from integration and sampling together.
+"""Error of fragility medians against computing time, caused by integration and sampling together.
 
     python studies/decision.py --out results
     python studies/decision.py --out results --device cpu --largest 64 --truth gpu/decision.nc --beside gpu/decision.nc
 
-The building and records of the first study are run with several methods, steps, number types, designs and numbers of
-structures. The reference has 10,000 structures and a converged step in float64. Writes decision.nc and decision.png,
-which shows the most accurate choices for each computing time. `--truth` reads the reference from the file of another
-device; `--beside` adds its curve.
+The study runs the building and records of studies/p695_fragility.py with several methods, steps, number types, designs
+and numbers of structures. The reference has 10,000 structures and a converged step in float64. The study writes
+decision.nc and decision.png, which shows the most accurate choices for each computing time. `--truth` reads the
+reference from a file that the study wrote on another device; `--beside` adds the curve in such a file to the figure.
 """
 
 from __future__ import annotations
@@ -24,11 +24,11 @@ from parts.decision.figure import decision_chart
 from warpdyn.engine.kernels.queues import checked_devices, device_names
 from warpdyn.foundations.files import netcdf
 
-PRECISION = 0.15  # target precision of medians in fragility_to
+PRECISION = 0.15  # target precision of the medians for `fragility_to` [1]
 
 
 def read_arguments() -> argparse.Namespace:
-    """Return the arguments of the command line."""
+    """Return the arguments that were given on the command line."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--out", type=Path, default=Path("results"), help="folder for the results [%(default)s]")
     parser.add_argument("--device", help="cpu or cuda:0 [the first GPU, or the CPU]")
@@ -41,7 +41,7 @@ def read_arguments() -> argparse.Namespace:
 
 
 def main() -> None:
-    """Run the study."""
+    """Run the study from the command line."""
     arguments = read_arguments()
     target = file_in(arguments.out, "decision.nc")
     whole = Choices()

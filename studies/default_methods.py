@@ -5,12 +5,15 @@
     python studies/default_methods.py --device cuda:0 --costs
     python studies/default_methods.py --device cpu --scenes 200
 
-Without `--costs` the study writes data/default_methods.csv: the errors for each storey law, kind of damping and number
-of storeys, in four buildings (two shapes of the stiffness over the height, two first periods; four periods of a single
-storey) under the 44 far-field records at one, two and four times the level at which they yield. With `--costs` it
-writes the column of its device in data/default_method_costs.csv, for each law: run it once on each device. With
-`--scenes` it draws random scenes instead, and prints for each the cost of the default method divided by the least cost
-of the methods SEARCHED with at most the error of the default.
+Without `--costs` the study measures errors and writes data/default_methods.csv, for each storey law, kind of damping
+and number of storeys. Each has four buildings (two shapes of the stiffness over the height and two first periods; for a
+single storey, four periods). They are subjected to the 44 far-field records at one, two and four times the intensity at
+which the building yields.
+
+With `--costs` the study measures computing times for each law, and writes the column of its device in
+data/default_method_costs.csv; run it once on each device. With `--scenes` it draws random scenes instead. For each it
+prints the cost of the default method divided by the least cost of the methods SEARCHED whose error is at most that of
+the default method.
 """
 
 from __future__ import annotations
@@ -39,9 +42,9 @@ from warpdyn.engine.methods.defaults import (
 from warpdyn.engine.methods.table import fitting_methods
 
 ROOT = Path(__file__).parents[1]
-CANDIDATES = (("stoermer", 1), ("stoermer", 2))  # method, and steps in each of RK4's
-LEVELS = (1.0, 2.0, 4.0)
-# Storeys -> shapes of the stiffness and first periods [s].
+CANDIDATES = (("stoermer", 1), ("stoermer", 2))  # method, and number of its steps in each step of RK4
+LEVELS = (1.0, 2.0, 4.0)  # intensities divided by the intensity at which the building yields
+# Buildings for the errors. Key: number of storeys. Values: shape of the stiffness over the height, first period [s].
 BUILDINGS = {
     1: [(TAPERED, period) for period in (0.2, 0.5, 1.0, 2.0)],
     3: [(shape, period) for shape in (TAPERED, PARABOLIC) for period in (0.3, 0.8)],
@@ -59,14 +62,14 @@ DAMPINGS = (
     "modal",
     "storey",
 )
-STRUCTURES = 1  # with 44 records and 3 levels, 132 samples of each building
-FINER = 10  # steps of the reference per default step: its error is at most 1/100 of RK4's (order 2 or higher)
-RESAMPLES = 200
+STRUCTURES = 1  # number of structures: with 44 records and 3 levels, a building has 132 samples
+FINER = 10  # reference steps per default step; the reference error is at most 1/100 of RK4's (order 2 or higher)
+RESAMPLES = 200  # number of times that the records are drawn again with replacement
 # Settings for the costs.
 TIMED_STOREYS = 5
-TIMED_PERIODS = (0.3, 1.0)
-TIMED_RECORDS = (0, 5, 12, 14, 20, 28, 33, 40)  # of the far-field set, recorded every 5, 10 and 20 ms
-TIMED_STRUCTURES = {"cpu": 22, "cuda": 1365}  # 528 samples, or 32,760
+TIMED_PERIODS = (0.3, 1.0)  # first periods of the buildings [s]
+TIMED_RECORDS = (0, 5, 12, 14, 20, 28, 33, 40)  # indices in the far-field set, with steps of 5, 10 and 20 ms
+TIMED_STRUCTURES = {"cpu": 22, "cuda": 1365}  # number of structures: 528 samples on a CPU, 32,760 on a GPU
 TIMED_RUNS = 5
 ERRORS_HEAD = """\
 # Errors of peak storey drifts by a method that takes `steps` steps in each default step of RK4, divided by those of RK4
@@ -83,26 +86,26 @@ COSTS_HEAD = """\
 # its default step, for buildings of five storeys of one law with Rayleigh damping. Empty where it was not measured.
 # Written by studies/default_methods.py --costs, once on each device.
 """
-# Methods and steps of the exhaustive search, without methods of RK4's or Verlet's order that cost more.
+# Methods and steps of the exhaustive search, without methods that cost more than RK4 or Verlet at the same order.
 SEARCHED = ("rk4", "stoermer", "ssprk3", "kutta3", "velocity_verlet", "central_difference", "exact")
 SEARCHED_STEPS = (0.5, 1.0, 1.5, 2.0, 3.0, 4.0)
 BASE = (FALLBACK, 1)
 
 
 def quantile(errors: np.ndarray, share: float) -> np.ndarray:
-    """Return a quantile over the last axis, as one of the values: infinite errors count as errors."""
+    """Return a quantile of errors over the last axis; it is one of the values, so infinite errors are allowed."""
     return np.quantile(errors, share, axis=-1, method="higher")
 
 
 def measure_errors(law: str, damping: str, storeys: int) -> list[dict[str, object]]:
-    """Return the rows of errors of a law, a kind of damping and a number of storeys."""
+    """Measure the errors for a law, a kind of damping and a number of storeys; return one table row per candidate."""
     candidates = [BASE, *CANDIDATES]
     found: dict[tuple[str, int], list[np.ndarray]] = {key: [] for key in candidates}
     for shape, period in BUILDINGS[storeys]:
         scene = build_scene(law, storeys, period, list(records()), LEVELS, shape=shape, damping=damping)
         case = Case(scene, STRUCTURES, "cpu", finer=FINER)
         for key in candidates:
-            # Samples are ordered by structure, then level or record: the records go to the first axis.
+            # Samples are ordered by structure, then by level or record; the reshaped errors have one row per record.
             run = case.run(*key)
             errors = case.errors(run)
             order = np.argsort(run.assignment.motion, kind="stable")
@@ -115,7 +118,7 @@ def measure_errors(law: str, damping: str, storeys: int) -> list[dict[str, objec
         own = np.array(found[key])
 
         def ratio(share: float, which: object, own: np.ndarray = own, of: slice = slice(None)) -> float:
-            """Return the ratio of a quantile over the buildings together, with some of the records."""
+            """Return the ratio of a quantile of the errors to that of RK4, for some of the records and buildings."""
             above, below = (quantile(errors[of, which].ravel(), share) for errors in (own, base))
             return float(above / below)
 
@@ -139,13 +142,13 @@ def measure_errors(law: str, damping: str, storeys: int) -> list[dict[str, objec
 
 
 def least_seconds(runs: Iterable) -> np.ndarray:
-    """Return the shortest times of runs [s], timed alternately."""
+    """Return the shortest time of each run [s]; the runs are timed alternately, TIMED_RUNS times each."""
     runs = list(runs)
     return np.min([[seconds_of(run) for run in runs] for _ in range(TIMED_RUNS)], axis=0)
 
 
 def measure_costs(law: str, device: str) -> list[dict[str, object]]:
-    """Return a law's rows of costs, with the cost on one device."""
+    """Measure the costs of the candidates for a law on one device; return one table row per candidate."""
     candidates, ratios = [BASE, *CANDIDATES], []
     for period in TIMED_PERIODS:
         scene = build_scene(law, TIMED_STOREYS, period, [records()[i] for i in TIMED_RECORDS], LEVELS)
@@ -160,7 +163,7 @@ def measure_costs(law: str, device: str) -> list[dict[str, object]]:
 
 
 def write_table(name: str, head: str, columns: Iterable[str], rows: list[dict[str, object]]) -> None:
-    """Write a table to the folder `data`."""
+    """Write a table with a comment `head` as a CSV file to the folder `data`."""
     text = io.StringIO()
     writer = csv.DictWriter(text, list(columns), lineterminator="\n")
     writer.writeheader()
@@ -169,7 +172,7 @@ def write_table(name: str, head: str, columns: Iterable[str], rows: list[dict[st
 
 
 def write_errors(laws: list[str], dampings: list[str]) -> None:
-    """Measure the errors of laws with kinds of damping and update their rows of the table."""
+    """Measure the errors of laws with kinds of damping, and update the rows of these in the table of errors."""
     path = ROOT / "data" / ERRORS
     lines = path.read_text(encoding="utf-8").splitlines() if path.exists() else []
     before = list(csv.DictReader(line for line in lines if not line.startswith("#")))
@@ -186,7 +189,7 @@ def write_errors(laws: list[str], dampings: list[str]) -> None:
 
 
 def write_costs(device: str) -> None:
-    """Measure the costs on a device and update its column of the table."""
+    """Measure the costs of all laws on a device, and update the column of this device in the table of costs."""
     rows = []
     for law in LAWS:
         for row in measure_costs(law, device):
@@ -197,7 +200,12 @@ def write_costs(device: str) -> None:
 
 
 def search(number: int, device: str) -> tuple[str, float, float]:
-    """Return a random scene as text, the cost of its default over the best found, and its error over RK4's."""
+    """Compare the default method with an exhaustive search in a random scene.
+
+    Returns:
+        The scene as text, the cost of the default method divided by the least cost found, and the error of the default
+        method divided by the error of RK4.
+    """
     random = np.random.default_rng([17, number])
     law = str(random.choice(list(LAWS)))
     storeys = int(random.choice([1, 5]))
@@ -223,7 +231,7 @@ def search(number: int, device: str) -> tuple[str, float, float]:
 
 
 def main() -> None:
-    """Run the study."""
+    """Run the study from the command line."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--device", help="cpu or cuda:0 [the first GPU, or the CPU]")
     parser.add_argument("--costs", action="store_true", help="measure the costs on the device instead of the errors")

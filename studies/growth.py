@@ -1,11 +1,12 @@
-"""How the time of a run grows with samples, storeys, steps and motions.
+"""Growth of the computing time of a run with the number of samples, storeys, steps and motions.
 
     python studies/growth.py --out results --device cuda:0 --samples 16777216
 
-Each axis varies one size. With more storeys, steps or motions the number of samples is reduced, so that all points have
-the same number of steps times storeys; ideally their time is constant. The figure shows the time divided by steps times
-storeys. Writes growth.csv and growth.png, and prints the exponent of each axis and every jump: a cost per storey and
-step more than 1.5 times that at the next smaller size.
+Each axis varies one of these numbers. If storeys, steps or motions increase, the number of samples is reduced, so that
+all points have the same number of steps times storeys; ideally their computing time is constant. The figure shows the
+time divided by steps times storeys. The study writes growth.csv and growth.png. It prints the exponent of the growth
+along each axis, and every jump: a cost per storey and step that is more than 1.5 times the cost at the next smaller
+size.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ from parts.command_line import read_arguments, save_figures
 from parts.growth.axes import axes, exponent, measure, steps_of_cost
 from tqdm import tqdm
 
-CLIFF = 1.5
+CLIFF = 1.5  # ratio of the costs at two successive sizes above which a jump is printed
 LABELS = {
     "samples": "samples of five storeys and 500 steps",
     "storeys": "storeys",
@@ -30,7 +31,7 @@ LABELS = {
 
 
 def draw(rows: list[dict[str, float]], device: str) -> Figure:
-    """Draw the cost of a storey step over each size, in `simulate` as a whole and in its kernels."""
+    """Draw the time per storey and step [ns] over each size: of `simulate` as a whole, and of its kernels."""
     figure, panels = plt.subplots(2, 2, figsize=(9, 6.5), sharey=True, layout="constrained")
     for panel, (axis, label) in zip(panels.flat, LABELS.items(), strict=True):
         found = [row for row in rows if row["axis"] == axis]
@@ -47,7 +48,7 @@ def draw(rows: list[dict[str, float]], device: str) -> Figure:
 
 
 def main() -> None:
-    """Measure, print, write and draw."""
+    """Run the study from the command line: measure, print, write growth.csv and draw growth.png."""
     arguments = read_arguments(__doc__, 2**20, "the most samples")
     arguments.out.mkdir(parents=True, exist_ok=True)
     rows: list[dict] = []

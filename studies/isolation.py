@@ -2,11 +2,11 @@
 
     python studies/isolation.py --out results
 
-The Hazus C1M high-code building of the first study has a fixed base, lead-rubber bearings, or a tuned mass damper on
-its roof. In all three cases its inherent damping is proportional to the stiffness, for a fair comparison. The motions
-are the 44 far-field components of FEMA P-695, scaled to the same stripes of Sa at the period of the fixed-base
-building. Damage refers to the five storeys of the building; a failure of the isolators counts as collapse. Writes
-isolation.nc and a figure.
+The Hazus C1M high-code building of studies/p695_fragility.py is analysed in three variants: with a fixed base, on
+lead-rubber bearings, and with a tuned mass damper on its roof. In all variants the inherent damping is proportional to
+the stiffness, for a fair comparison. The motions are the 44 far-field components of FEMA P-695. They are scaled to the
+same stripes of Sa at the period of the fixed-base building. Damage states refer to the five storeys of the building; a
+failure of the isolators counts as collapse. The study writes isolation.nc and a figure.
 """
 
 from __future__ import annotations
@@ -29,9 +29,9 @@ DRIFT_LIMITS = wd.hazus_drift_limits("C1M", "high")
 COLLAPSE_DRIFT_RATIO = 0.10
 LEVELS_IN_G = (0.1, 0.2, 0.3, 0.4, 0.6, 0.8, 1.0, 1.25, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0)
 
-# The base slab has the mass of a floor. The bearings yield at 5 % of the weight, have a period of 2.5 s after yield,
-# ten times this stiffness before yield, and fail at 0.5 m. The mass damper has 5 % of the first-mode mass and is tuned
-# after Den Hartog.
+# The base slab has the mass of a floor. The bearings yield at 5 % of the weight. After yield the isolated building has
+# a period of 2.5 s; before yield the bearings are ten times stiffer. They fail at 0.5 m. The tuned mass damper has 5 %
+# of the first-mode mass, and its period and damping are those of Den Hartog.
 BASE_MASS = float(BUILDING.parameters["mass"][0])
 ISOLATED_MASS = BASE_MASS + float(BUILDING.parameters["mass"].sum())
 AFTER_YIELD = ISOLATED_MASS * (2 * np.pi / 2.5) ** 2
@@ -47,7 +47,7 @@ BUILDINGS = {
         post_yield_stiffness=AFTER_YIELD,
     ),
 }
-FIRST_STOREY = {"lead-rubber bearings": 2}  # of the building itself; elsewhere the first
+FIRST_STOREY = {"lead-rubber bearings": 2}  # number of the lowest storey above isolators; 1 in other variants
 SCATTER = {
     "mass": wd.RandomFactor(wd.Lognormal(median=1.0, dispersion=0.10)),
     "stiffness": wd.RandomFactor(wd.Lognormal(median=1.0, dispersion=0.20)),
@@ -58,7 +58,7 @@ KEPT = ("peak_storey_drift_ratio", "peak_floor_acceleration", "status")
 
 
 def build_scene(name: str) -> wd.Scene:
-    """Return the scene of one of the buildings; the scatter also applies to its isolators and its damper."""
+    """Return the scene of one of the buildings; the scatter also applies to its isolators or its mass damper."""
     return wd.Scene(
         structure=BUILDINGS[name],
         excitation=wd.Stripes(far_field(), LEVELS_IN_G, wd.SpectralAcceleration(BUILDING.fundamental_period)),
@@ -73,7 +73,11 @@ def build_scene(name: str) -> wd.Scene:
 
 
 def curves_of(name: str, structures: int, seed: int, device: str | None) -> tuple[xr.Dataset, xr.Dataset]:
-    """Return a building's demands, with its scene, and its fragility curves, along a dimension `building` of 1."""
+    """Run a building and fit its fragility curves.
+
+    Returns:
+        The demands with the scene, and the fragility curves, both with a dimension `building` of length 1.
+    """
     run = wd.simulate(build_scene(name), structures=structures, seed=seed, device=device)
     first = FIRST_STOREY.get(name, 1)
     own = wd.select_storeys(run, first, first + BUILDING.storeys - 1)
@@ -85,12 +89,12 @@ def curves_of(name: str, structures: int, seed: int, device: str | None) -> tupl
 
 
 def draw(curves: xr.Dataset) -> Figure:
-    """Return the curves of the buildings, one panel per damage state."""
+    """Return a figure of the fragility curves of the buildings, with one panel per damage state."""
     return plots.fragility_comparison({name: curves.sel(building=name) for name in curves["building"].values})
 
 
 def print_medians(curves: xr.Dataset) -> None:
-    """Print the median of each curve with its interval."""
+    """Print the median [g] of each fragility curve with its confidence interval."""
     print(f"\n{'median Sa [g]':<22}" + "".join(f"{state:>26}" for state in curves["damage_state"].values))
     for name in curves["building"].values:
         row = curves.sel(building=name)
@@ -102,7 +106,7 @@ def print_medians(curves: xr.Dataset) -> None:
 
 
 def main() -> None:
-    """Run the study."""
+    """Run the study from the command line."""
     arguments = read_arguments(__doc__, 16, meaning="structures under each record at each level", counted="structures")
     target = file_in(arguments.out, "isolation.nc")
     started = time.perf_counter()

@@ -2,9 +2,10 @@
 
     python studies/law_cycles.py --out docs/reference/laws
 
-Every storey follows the cycles of studies/laws.py, and a monotonic push from rest to the largest drift. The curve
-of a device does not include the force of its storey. Writes cycles.nc, with forces in 1/1000 of the yield
-force; the tests of laws and of devices compare it with the present device functions.
+Every storey follows the drift cycles of studies/laws.py, and a monotonic push from rest to the largest drift. The force
+of a device does not include the force of the storey to which it belongs. The study writes cycles.nc, in which forces
+are rounded to 1/1000 of the yield force. The tests of laws and devices compare this file with the forces that the
+present code computes.
 """
 
 from __future__ import annotations
@@ -23,10 +24,10 @@ from peers.storey_laws import LAWS
 import warpdyn as wd
 from warpdyn.engine.laws import DEVICES
 
-ROUNDING = 1e-3  # of forces, over the yield force
-EVERY = 10  # every n-th step of the cycles is stored; all turning points are stored
-WEIGHT = 2.0e6  # N, on a sliding bearing
-# In addition to the laws of studies/peers/storey_laws.py: isolators with all their parameters, and devices.
+ROUNDING = 1e-3  # rounding of stored forces, divided by the yield force
+EVERY = 10  # every 10th step of the cycles is stored, and all turning points are among them
+WEIGHT = 2.0e6  # weight on a sliding bearing [N]
+# Isolators with all their parameters, and devices, in addition to the laws of studies/peers/storey_laws.py.
 ISOLATORS = {
     "lead_rubber_bearing": {"yield_force": YIELD_FORCE, "post_yield_stiffness": STIFFNESS / 10},
     "friction_pendulum": {"friction_coefficient": 0.05, "radius": 2.0, "weight": WEIGHT},
@@ -40,7 +41,7 @@ OF_DEVICES = {
 
 
 def parameters_of(name: str) -> dict[str, float]:
-    """Return all parameters of a law, isolator or device."""
+    """Return all parameters of a law, isolator or device as a mapping from names to values in SI units."""
     if name in OF_DEVICES or name in ISOLATORS:
         return OF_DEVICES.get(name) or ISOLATORS[name]
     own = {} if name == "elastic" else {"yield_force": YIELD_FORCE}
@@ -48,30 +49,30 @@ def parameters_of(name: str) -> dict[str, float]:
 
 
 def building_with(name: str) -> wd.ShearBuilding:
-    """Return a storey of a law, or an elastic one with a device; height and mass have no effect."""
+    """Return a building of one storey with a law, or an elastic one with a device; height and mass have no effect."""
     if name in DEVICES:
         return wd.ShearBuilding(1.0, STIFFNESS, 3.0, devices=(name,), **parameters_of(name))
     return wd.ShearBuilding(1.0, STIFFNESS, 3.0, law=name, **parameters_of(name))
 
 
 def forces(name: str, drift: np.ndarray) -> np.ndarray:
-    """Return the force of a law or device along drifts [m], over the yield force, shape [step]."""
+    """Return the force of a law or device divided by the yield force, for given drifts [m], shape [step]."""
     found = wd.storey_hysteresis(building_with(name), drift)["storey_force"].values[:, 0]
     return (found - STIFFNESS * drift * (name in DEVICES)) / YIELD_FORCE
 
 
 def curves(name: str) -> tuple[np.ndarray, np.ndarray]:
-    """Return the forces over the yield force in the cycles and in one push, rounded as in the file."""
+    """Return forces divided by the yield force, as stored in the file: in the cycles, and in one monotonic push."""
     return forces(name, protocol())[::EVERY], forces(name, push())[::EVERY]
 
 
 def push() -> np.ndarray:
-    """Return the drifts of one push from rest [m], shape [step]."""
+    """Return the drifts [m] of a monotonic push from rest to the largest drift, shape [step]."""
     return np.linspace(0, DUCTILITIES[-1], 1001) * YIELD_DRIFT
 
 
 def take_all() -> xr.Dataset:
-    """Return the curves of all laws, isolators and devices."""
+    """Return a dataset with the force-drift curves of all laws, isolators and devices."""
     names = [*LAWS, *ISOLATORS, *OF_DEVICES]
     cycles, pushed = (np.array(each) for each in zip(*map(curves, names), strict=True))
     words = "force over yield force"

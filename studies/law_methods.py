@@ -1,14 +1,15 @@
-"""Errors and times of methods for every storey law: tables of the documentation's pages on laws and on methods.
+"""Errors and times of integration methods for every storey law: tables for the pages on laws and methods.
 
     python studies/law_methods.py --out docs/reference/laws
 
 Each building has five storeys of the same law and a first period of 0.6 s. It is analysed under the strong parts of
 eight far-field records, scaled to one, two and four times the intensity at which it yields. All methods have the same
 step, the default step of RK4. The error of a sample is the largest error of its peak storey drifts, divided by its
-largest peak drift; the reference is RK4 in float64 at a sixteenth of the step. Bilinear storeys are analysed with every
-method that has a given step, other laws with five methods. A time is the shortest processor time of several runs. Runs
-of bilinear storeys with RK4 alternate with them, so that changes of the speed of the machine affect both. Writes
-measured.csv.
+largest peak drift. The reference for errors is RK4 in float64 at a sixteenth of the step. Bilinear storeys are analysed
+with every method that has a given step, other laws with five methods.
+
+The time of a method is the shortest processor time of several runs. Runs of bilinear storeys with RK4 alternate with
+these runs, so that changes of the speed of the machine affect both. The study writes measured.csv.
 """
 
 from __future__ import annotations
@@ -28,21 +29,21 @@ from peers.storey_laws import LAWS
 from warpdyn import laws
 from warpdyn.engine.methods.table import METHODS, fitting_methods
 
-YARDSTICK = "bilinear"
-SHOWN = ("rk4", "velocity_verlet", "heun", "central_difference", "newmark_average")
-STOREYS, PERIOD, LEVELS = 5, 0.6, (1.0, 2.0, 4.0)
-RECORDS = (0, 5, 12, 14, 20, 28, 33, 40)  # of the far-field set, recorded every 5, 10 and 20 ms
-TIMED_RUNS = 5
+YARDSTICK = "bilinear"  # law whose time with RK4 is the unit of all times
+SHOWN = ("rk4", "velocity_verlet", "heun", "central_difference", "newmark_average")  # methods for other laws
+STOREYS, PERIOD, LEVELS = 5, 0.6, (1.0, 2.0, 4.0)  # period in s; levels are multiples of the intensity at yield
+RECORDS = (0, 5, 12, 14, 20, 28, 33, 40)  # indices in the far-field set; the records have steps of 5, 10 and 20 ms
+TIMED_RUNS = 5  # number of timed runs; the shortest counts
 COLUMNS = ("law", "method", "median_error", "error_95", "time_over_bilinear_rk4")
 
 
 def case_of(law: str, structures: int) -> Case:
-    """Return the ensemble of a law."""
+    """Return the ensemble of buildings with a storey law, for a number of structures."""
     return Case(build_scene(law, STOREYS, PERIOD, [records()[i] for i in RECORDS], LEVELS), structures, "cpu")
 
 
 def measure(law: str, structures: int, yardstick: object) -> list[dict[str, str]]:
-    """Return the rows of a law: relative errors of the peak drift, times over that of bilinear storeys with RK4."""
+    """Return one row per method for a law: errors of the peak drift, and time relative to bilinear storeys with RK4."""
     case = case_of(law, structures)
     tried = [name for name in METHODS if not METHODS[name].is_adaptive and (law == YARDSTICK or name in SHOWN)]
     methods = [name for name in tried if name in fitting_methods(laws.LAWS[law].forces, "rayleigh")]
@@ -62,7 +63,7 @@ def measure(law: str, structures: int, yardstick: object) -> list[dict[str, str]
 
 
 def main() -> None:
-    """Run the study."""
+    """Run the study from the command line, and write measured.csv."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--out", type=Path, default=Path("results"), help="folder for the results [%(default)s]")
     parser.add_argument("--structures", type=int, default=22, help="structures under each motion [%(default)s]")

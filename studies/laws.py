@@ -1,10 +1,10 @@
-"""Forces and dissipated energy of every yielding storey law, in the same cycles of increasing drift.
+"""Forces and dissipated energies of every storey law that yields, in the same cycles of increasing drift.
 
     python studies/laws.py --out results
 
-The storeys have the same stiffness and yield force, and other parameters of typical buildings
-(studies/peers/storey_laws.py, with those of the OpenSees materials). Writes laws.nc (the paths, forces and energies)
-and laws.png.
+All storeys have the same stiffness and yield force. Their other parameters are those of typical buildings
+(studies/peers/storey_laws.py also contains the parameters of the OpenSees materials). The study writes laws.nc, which
+contains drifts, forces and energies, and laws.png.
 """
 
 from __future__ import annotations
@@ -26,26 +26,26 @@ import warpdyn as wd
 from warpdyn.foundations.files import netcdf
 from warpdyn.interfaces.plots.style import COLOURS
 
-STIFFNESS, YIELD_FORCE = 1.0e7, 1.0e5  # N/m, N; the yield drift is 10 mm
+STIFFNESS, YIELD_FORCE = 1.0e7, 1.0e5  # N/m and N, so the yield drift is 10 mm
 YIELD_DRIFT = YIELD_FORCE / STIFFNESS
-DUCTILITIES, CYCLES = (0.8, 1.5, 2.0, 3.0, 4.0, 6.0, 8.0, 10.0), 2  # two cycles at each
-DRIFT_STEP = YIELD_DRIFT / 100
-COLUMNS = 5
+DUCTILITIES, CYCLES = (0.8, 1.5, 2.0, 3.0, 4.0, 6.0, 8.0, 10.0), 2  # amplitudes of the cycles; cycles at each
+DRIFT_STEP = YIELD_DRIFT / 100  # drift increment per step [m]
+COLUMNS = 5  # number of panels in a row of the figure
 
 
 def protocol() -> np.ndarray:
-    """Return the drifts that are imposed on all storeys [m], shape [step]."""
+    """Return the drifts [m] of the cycles that are imposed on all storeys, shape [step]."""
     turns = [0.0, *(sign * d for d in DUCTILITIES for _ in range(CYCLES) for sign in (1, -1)), 0.0]
     legs = [np.linspace(a, b, round(abs(b - a) * YIELD_DRIFT / DRIFT_STEP), endpoint=False) for a, b in pairwise(turns)]
     return YIELD_DRIFT * np.append(np.concatenate(legs), turns[-1])
 
 
 def take_through(drift: np.ndarray) -> xr.Dataset:
-    """Return the forces and the dissipated energies of all laws that yield, shape [law, step]."""
+    """Return a dataset of the forces [N] and dissipated energies [J] of all yielding laws for given drifts [m]."""
     runs = {}
     for law in (name for name in LAWS if name != "elastic"):
         parameters = LAWS[law].parameters(YIELD_DRIFT)
-        # Height and mass have no effect.
+        # Height and mass have no effect on the force of a storey.
         storey = wd.ShearBuilding(1.0, STIFFNESS, 3.0, law=law, yield_force=YIELD_FORCE, **parameters)
         runs[law] = wd.storey_hysteresis(storey, drift).squeeze("storey", drop=True)
         runs[law].attrs["parameters"] = json.dumps(parameters)
@@ -64,12 +64,12 @@ def take_through(drift: np.ndarray) -> xr.Dataset:
 
 
 def in_yield_energies(result: xr.Dataset) -> np.ndarray:
-    """Return the dissipated energies at the end over yield force times yield drift, shape [law]."""
+    """Return the energy dissipated by each law in all cycles over yield force times yield drift, shape [law]."""
     return result["dissipated_energy"].isel(step=-1).values / (YIELD_FORCE * YIELD_DRIFT)
 
 
 def draw(result: xr.Dataset) -> Figure:
-    """Draw one panel per law (force over yield force against ductility), and one with the cycles."""
+    """Draw one panel per law (force over yield force against ductility), and one panel with the imposed cycles."""
     laws = result["law"].values.tolist()
     rows = -(-(len(laws) + 1) // COLUMNS)
     figure = Figure(figsize=(11.5, 2.3 * rows + 0.4), layout="constrained")
@@ -104,7 +104,7 @@ def _frame(axes: Axes, title: str) -> None:
 
 
 def main() -> None:
-    """Run the study."""
+    """Run the study from the command line: write laws.nc, draw laws.png and print a table."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--out", type=Path, default=Path("results"), help="folder for the results [%(default)s]")
     arguments = parser.parse_args()

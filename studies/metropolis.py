@@ -1,13 +1,14 @@
-"""Regional risk: every building of a synthetic Bay Area in a large earthquake, with 25 pairs of motions each.
+"""Regional risk: every building of a synthetic Bay Area in a large earthquake, with 25 pairs of motions for each.
 
     python studies/metropolis.py --out results
     python studies/metropolis.py --out results --buildings 1840000      # on a GPU
 
-As in SimCenter's Bay Area testbed (1.84 million buildings, a magnitude 7 earthquake on the Hayward fault, 25 pairs of
-ground motions): an inventory becomes a portfolio of Hazus buildings, peak accelerations are drawn as correlated fields
-on a grid, each building has the motions of nearby grid points, and only statistics are stored. Writes
-metropolis_buildings.parquet (GeoParquet: each building's probabilities of damage and loss, with their uncertainty),
-metropolis.nc (the city's losses and damage by event) and a figure.
+The study follows SimCenter's Bay Area testbed: 1.84 million buildings, a magnitude 7 earthquake on the Hayward fault,
+and 25 pairs of ground motions. An inventory becomes a portfolio of Hazus buildings. Peak accelerations are drawn as
+spatially correlated fields on a grid. Each building is analysed under the motions of nearby grid points, and only
+statistics are stored. The study writes metropolis_buildings.parquet (GeoParquet with the probabilities of damage and
+loss of each building, and their uncertainty), metropolis.nc (losses and damage of the city for each event) and a
+figure.
 """
 
 from __future__ import annotations
@@ -24,13 +25,13 @@ from portfolio import CORRELATION, SCATTER
 import warpdyn as wd
 from warpdyn.foundations.files import netcdf
 
-PAIRS = 25
+PAIRS = 25  # number of pairs of ground motions
 OCCUPANCY = "RES1"  # occupancy of all buildings, for the repair costs of Hazus
-COLLAPSE_DRIFT_RATIO = 0.10
+COLLAPSE_DRIFT_RATIO = 0.10  # storey drift ratio at which a building collapses [1]
 
 
 def main() -> None:
-    """Run the study."""
+    """Run the study from the command line."""
     arguments = read_arguments(__doc__, 20_000, meaning="buildings of the region", counted="buildings")
     target = file_in(arguments.out, "metropolis.nc")
     times = {"": time.perf_counter()}
@@ -49,7 +50,7 @@ def main() -> None:
         collapse_drift_ratio=COLLAPSE_DRIFT_RATIO,
         title="Hazus buildings of a synthetic Bay Area under a magnitude 7 earthquake on the Hayward fault",
     )
-    events = [first.record for first, _ in pairs for _ in range(2)]  # the worse of both components counts
+    events = [first.record for first, _ in pairs for _ in range(2)]  # two components; the worse one counts
     ratios, values = wd.hazus_loss_ratios(OCCUPANCY), stock.replacement_costs(inventory)
     asked = [
         wd.DamageCounts(stock.limits, events=events, over="building"),
@@ -61,7 +62,7 @@ def main() -> None:
     times["simulate"] = time.perf_counter()
 
     results = wd.building_results(counted, stock, inventory, ratios)
-    with ThreadPoolExecutor(1) as beside:  # with a million buildings, writing and drawing take a second each
+    with ThreadPoolExecutor(1) as beside:  # for a million buildings, writing and drawing take about a second each
         writing = beside.submit(wd.write_building_results, results, arguments.out / "metropolis_buildings.parquet")
         losses = wd.event_losses(counted)
         netcdf.write(losses.merge(wd.damage_shares(counted), compat="override", combine_attrs="override"), target)

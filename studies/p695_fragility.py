@@ -2,8 +2,8 @@
 
     python studies/p695_fragility.py --out results
 
-A HAZUS C1M high-code building with scatter on mass, stiffness, strength and damping runs under the 44 far-field
-components, each scaled to stripes of Sa(T1, 5 %). Writes p695_fragility.nc and six figures.
+A Hazus C1M high-code building with scatter on mass, stiffness, strength and damping is analysed under the 44 far-field
+components, each scaled to stripes of Sa(T1, 5 %). The study writes p695_fragility.nc and six figures.
 """
 
 from __future__ import annotations
@@ -18,13 +18,13 @@ import warpdyn as wd
 from warpdyn.foundations.files import netcdf
 from warpdyn.model.ground_motions.records import far_field
 
-# HAZUS C1M, high code: a concrete frame whose first period is 0.75 s. The limit of complete damage is 5.3 %
-# drift; at 10 % a frame collapses.
+# Hazus C1M, high code: a concrete frame with a first period of 0.75 s. The drift ratio limit of complete damage is 5.3
+# %. At a drift ratio of 10 % the frame is assumed to collapse.
 BUILDING = wd.ShearBuilding.from_hazus("C1M", "high", storeys=5, damping_modes=(1, 3))
 DRIFT_LIMITS = wd.hazus_drift_limits("C1M", "high")
 COLLAPSE_DRIFT_RATIO = 0.10
 LEVELS_IN_G = (0.05, 0.1, 0.15, 0.2, 0.3, 0.4, 0.6, 0.8, 1.0, 1.25, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.5)
-CHECKED_SHARE = 0.01  # share of the histories run again with half the step, to estimate errors
+CHECKED_SHARE = 0.01  # fraction of the histories that are run again with half the step, to estimate errors
 SCATTER = {
     "mass": wd.RandomFactor(wd.Lognormal(median=1.0, dispersion=0.10)),
     "stiffness": wd.RandomFactor(wd.Lognormal(median=1.0, dispersion=0.20)),
@@ -34,7 +34,7 @@ SCATTER = {
 
 
 def build_scene() -> wd.Scene:
-    """Return the scene: the building, its scatter, and the records on their stripes."""
+    """Return the scene of the study: the building with its scatter, and the records scaled to the stripes."""
     return wd.Scene(
         structure=BUILDING,
         excitation=wd.Stripes(far_field(), LEVELS_IN_G, wd.SpectralAcceleration(BUILDING.fundamental_period)),
@@ -47,13 +47,13 @@ def build_scene() -> wd.Scene:
 
 
 def loop_sample(scene: wd.Scene) -> int:
-    """Return the sample whose hysteresis loop is drawn: the first structure under the first record at 1 g."""
+    """Return the index of the sample whose hysteresis loop is drawn: first structure, first record, 1 g."""
     first = scene.excitation.assign(structures=[0], seed=0)
     return int(np.flatnonzero((first.motion == 0) & np.isclose(first.im_level, 1.0))[0])
 
 
 def print_table(result: xr.Dataset) -> None:
-    """Print the curves' medians and dispersions with their intervals."""
+    """Print medians [g] and dispersions of the fragility curves with their confidence intervals."""
     confidence = 100 * result.attrs["confidence"]
     print(f"\n{'damage state':<12} {'drift limit':>11}   median Sa(T1) [g]         dispersion")
     for state in result["damage_state"].values:
@@ -67,7 +67,7 @@ def print_table(result: xr.Dataset) -> None:
 
 
 def main() -> None:
-    """Run the study."""
+    """Run the study from the command line."""
     arguments = read_arguments(__doc__, 64, meaning="structures under each record at each level", counted="structures")
     target = file_in(arguments.out, "p695_fragility.nc")
 

@@ -1,10 +1,11 @@
-"""Damage of a city: many Hazus buildings of mixed classes and heights under the FEMA P-695 far-field record pairs.
+"""Damage of a city: many Hazus buildings of different types and heights under the FEMA P-695 far-field record pairs.
 
     python studies/portfolio.py --out results
 
-Every building is analysed under both unscaled components of the 22 record pairs, and the worse of the two counts (its
-two directions are assumed equal). Only counts are stored, no histories. Writes portfolio.nc (the share of buildings in
-each damage state by pair, of the city and of each class) and a figure.
+Every building is analysed under both unscaled components of the 22 record pairs. The worse of the two results counts,
+because the building is assumed to be equal in both directions. Histories are not stored, only counts. The study writes
+portfolio.nc, with the share of buildings in each damage state for each record pair, for the city and for each building
+type, and a figure.
 """
 
 from __future__ import annotations
@@ -20,10 +21,11 @@ import warpdyn as wd
 from warpdyn.foundations.files import netcdf
 from warpdyn.model.ground_motions.records import far_field
 
-# The city is an assumption, not a survey; its stock resembles the western United States. Nine of ten buildings are wood
-# houses, manufactured homes and small masonry, as dwellings outnumber all else; commerce and industry are in low wood,
-# steel, concrete, masonry and tilt-up; a few hundredths of the buildings are mid-rise and a few thousandths high.
-# For each type: share of the buildings [%], and numbers of storeys with equal shares.
+# The city is an assumption, not a survey; its building stock resembles the western United States. About 90 % of the
+# buildings are wood houses, manufactured homes and small masonry buildings, because most buildings are dwellings.
+# Commerce and industry use low buildings of wood, steel, concrete, masonry and tilt-up walls. A few per cent of the
+# buildings are mid-rise, and less than 1 % are high-rise. For each type: share of the buildings [%], and numbers of
+# storeys, which have equal shares.
 CITY = {
     "W1": (70.0, (1,)),
     "W2": (6.0, (1, 2)),
@@ -48,10 +50,10 @@ CITY = {
     "S2L": (0.4, (2, 3)),
     "S3": (0.5, (1,)),
 }
-# Design levels by the year of construction, as in Hazus for high seismicity (Technical Manual, chapter 5):
-# high code after 1975, moderate code from 1941, pre-code before (wood houses: moderate code); the share of buildings
-# of each age [%] is assumed. Unreinforced masonry, and frames filled with it, were not built to a seismic code; steel
-# light frames, tilt-up and manufactured homes were not built before 1941.
+# Design levels by the year of construction, as in Hazus for high seismicity (Technical Manual, chapter 5): high code
+# after 1975, moderate code from 1941, pre-code before 1941 (wood houses: moderate code). The share of buildings of each
+# age [%] is assumed. Unreinforced masonry, and frames with masonry infill, were not built to a seismic code. Steel
+# light frames, tilt-up buildings and manufactured homes were not built before 1941.
 OLD, RECENT = {"pre": 100.0}, {"high": 60.0, "moderate": 40.0}
 LEVELS = {
     "others": {"high": 45.0, "moderate": 40.0, "pre": 15.0},
@@ -64,7 +66,7 @@ LEVELS = {
     "PC1": RECENT,
     "MH": RECENT,
 }
-# Scatter within a class, as in studies/p695_fragility.py.
+# Scatter of the buildings of a type; the values are those of studies/p695_fragility.py.
 SCATTER = {
     "mass": wd.RandomFactor(wd.Lognormal(median=1.0, dispersion=0.10)),
     "stiffness": wd.RandomFactor(wd.Lognormal(median=1.0, dispersion=0.20)),
@@ -72,12 +74,12 @@ SCATTER = {
     "damping_ratio": wd.RandomFactor(wd.Lognormal(median=1.0, dispersion=0.30)),
 }
 CORRELATION = {("stiffness", "yield_force"): 0.6}
-# From no damage to complete; darker is worse, also in grey.
+# Colours from no damage to complete damage; heavier damage is darker, also in grey.
 COLOURS = ("#E8E8E8", "#FFE08A", "#F5A742", "#D55E00", "#7A1C1C")
 
 
 def shared_out(total: int, shares: list[float]) -> list[int]:
-    """Return whole numbers in proportion to shares that add up to a total, by largest remainders."""
+    """Return whole numbers proportional to the shares, with the given total (method of largest remainders)."""
     exact = total * np.array(shares) / np.sum(shares)
     counts = np.floor(exact).astype(int)
     counts[np.argsort(counts - exact, kind="stable")[: total - counts.sum()]] += 1
@@ -85,7 +87,7 @@ def shared_out(total: int, shares: list[float]) -> list[int]:
 
 
 def build_city(buildings: int) -> tuple[wd.Portfolio, dict[str, dict[str, float]]]:
-    """Return the portfolio of a city, and each archetype's drift limits."""
+    """Return the portfolio of a city, and the drift ratio limits [1] of each archetype by damage state."""
     kinds = {}
     for building_type, (share, storeys) in CITY.items():
         levels = LEVELS.get(building_type, LEVELS["others"])
@@ -103,13 +105,13 @@ def build_city(buildings: int) -> tuple[wd.Portfolio, dict[str, dict[str, float]
 
 
 def pairs_of(names: list[str]) -> list[str]:
-    """Return the record pair of each component: "1a Northridge 1994 MUL009" is of "1 Northridge 1994"."""
+    """Return the record pair of each component: "1 Northridge 1994" for "1a Northridge 1994 MUL009"."""
     parts = [name.split() for name in names]
     return [" ".join([part[0][:-1], *part[1:-1]]) for part in parts]
 
 
 def by_type(shares: xr.Dataset) -> xr.DataArray:
-    """Return the share of each building type's buildings in each damage state by record pair."""
+    """Return the share of the buildings of each type in each damage state, for each record pair."""
     kind = xr.DataArray([name.split()[0] for name in shares["archetype"].values], dims="archetype")
     counted = shares["counted_buildings"]
     buildings = (shares["archetype_damage_share"] * counted).groupby(kind.rename("building_type")).sum()
@@ -119,7 +121,7 @@ def by_type(shares: xr.Dataset) -> xr.DataArray:
 
 
 def draw(result: xr.Dataset) -> Figure:
-    """Draw the shares by record pair, and by building type on average over the pairs."""
+    """Return a figure of the shares for each record pair, and for each building type as the mean over the pairs."""
     figure = Figure(figsize=(11.0, 6.2), layout="constrained")
     city, types = figure.subplots(1, 2)
     ordered = result["damage_share"].isel(event=np.argsort(result["damage_share"].sel(damage_state="none").values))
@@ -145,7 +147,7 @@ def draw(result: xr.Dataset) -> Figure:
 
 
 def main() -> None:
-    """Run the study."""
+    """Run the study from the command line."""
     arguments = read_arguments(__doc__, 10_000, meaning="buildings of the city", counted="buildings")
     target = file_in(arguments.out, "portfolio.nc")
     started = time.perf_counter()

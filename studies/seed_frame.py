@@ -2,9 +2,9 @@
 
     python studies/seed_frame.py --out results
 
-Integrates the frame with RK4 in float64, solves it exactly by matrix exponentials, and compares both with the published
-Table 1: its peaks do not follow from its parameters. An ensemble of frames with random damping and stiffness
-gives the time per simulation. Writes seed_frame.nc and two figures.
+The study integrates the frame with RK4 in float64 and solves it exactly by matrix exponentials. It compares both
+results with the published Table 1: the published peaks do not follow from the published parameters. An ensemble of
+frames with random damping and stiffness gives the time per simulation. The study writes seed_frame.nc and two figures.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ FRAME = json.loads((Path(__file__).parents[1] / "data" / "seed_frame.json").read
 STRUCTURE = wd.LinearSystem(FRAME["mass"], FRAME["damping"], FRAME["stiffness"])
 LOAD = wd.HarmonicForce(FRAME["force_amplitude"], FRAME["circular_frequency"], FRAME["duration"])
 SCENE = wd.Scene(STRUCTURE, LOAD, title="Published three-storey frame under a harmonic force")
-# Neither factor can explain the published peaks: u3 = 2 u1 in every one of these frames.
+# Random damping and stiffness cannot explain the published peaks: u3 = 2 u1 in all of these frames.
 SCATTERED_SCENE = wd.Scene(
     STRUCTURE,
     LOAD,
@@ -52,12 +52,12 @@ Variable = tuple[str | tuple[str, ...], np.ndarray, dict[str, str]]
 
 
 def labelled(dims: str | tuple[str, ...], values: np.ndarray, units: str, long_name: str) -> Variable:
-    """Return a variable of a dataset, in float64."""
+    """Return dimensions, values as float64, and attributes of a variable for a dataset."""
     return dims, np.asarray(values, dtype=np.float64), {"long_name": long_name, "units": units}
 
 
 def exact(time: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return the exact displacement [m], velocity [m/s] and acceleration [m/s2], shape [time, dof]."""
+    """Return exact displacements [m], velocities [m/s] and accelerations [m/s2], each of shape [time, dof]."""
     p = STRUCTURE.parameters
     return harmonic_response(
         p["mass"], p["damping"], p["stiffness"], LOAD.amplitude, LOAD.circular_frequency, LOAD.phase, time
@@ -65,13 +65,13 @@ def exact(time: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 
 def integrate(step: float, device: str | None) -> xr.Dataset:
-    """Return the frame's demands and whole histories, by RK4 in float64."""
+    """Integrate the frame with RK4 in float64, and return its demands and complete histories."""
     run = wd.simulate(SCENE, step=step, dtype="float64", device=device, histories=wd.Histories((0,)))
     return run.isel(sample=0, history=0, drop=True)
 
 
 def responses(run: xr.Dataset) -> dict[str, Variable]:
-    """Return the histories by RK4, the exact histories, and the storey drifts."""
+    """Return variables with the histories of RK4, the exact histories, and the storey drifts [m]."""
     names = ("displacement", "velocity", "acceleration")
     variables = {}
     for name, units, solution in zip(names, ("m", "m s-1", "m s-2"), exact(run["time"].values), strict=True):
@@ -84,7 +84,7 @@ def responses(run: xr.Dataset) -> dict[str, Variable]:
 
 
 def exact_peaks(time: np.ndarray, displacement: np.ndarray, velocity: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the absolute peaks of the exact solution [m] and their times [s], between the instants of the grid too."""
+    """Return absolute peaks of the exact solution [m] and their times [s], also between the times of the grid."""
     step = time[1] - time[0]
 
     def state(instant: float) -> tuple[np.ndarray, np.ndarray]:
@@ -103,7 +103,7 @@ def exact_peaks(time: np.ndarray, displacement: np.ndarray, velocity: np.ndarray
 
 
 def peaks(run: xr.Dataset, variables: dict[str, Variable]) -> dict[str, Variable]:
-    """Return peaks and their times: by RK4, exact, and as published."""
+    """Return variables with the peaks [m] and their times [s]: from RK4, exact, and as published."""
     published = FRAME["published"]
     exact_peak, exact_time = exact_peaks(
         run["time"].values, variables["exact_displacement"][1], variables["exact_velocity"][1]
@@ -121,7 +121,7 @@ def peaks(run: xr.Dataset, variables: dict[str, Variable]) -> dict[str, Variable
 
 
 def energies(run: xr.Dataset) -> dict[str, Variable]:
-    """Return the energy put in, damped and stored over time, from the histories by RK4."""
+    """Return variables with the input, dissipated and stored energy [J] over time, from the histories of RK4."""
     p, time = STRUCTURE.parameters, run["time"].values
     u, v = run["displacement"].values, run["velocity"].values
     force = np.sin(LOAD.circular_frequency * time + LOAD.phase)[:, None] * LOAD.amplitude
@@ -129,7 +129,7 @@ def energies(run: xr.Dataset) -> dict[str, Variable]:
     def quadratic(matrix: np.ndarray, rows: np.ndarray) -> np.ndarray:
         return np.einsum("ti,ij,tj->t", rows, matrix, rows)
 
-    # Simpson's rule over the steps: its error is far below that of the figures, and the residual shows it.
+    # Simpson's rule over the steps; its error is not visible in the figures, as the residual shows.
     supplied = cumulative_simpson(np.sum(force * v, axis=1), x=time, initial=0)
     damped = cumulative_simpson(quadratic(p["damping"], v), x=time, initial=0)
     kinetic, strain = quadratic(p["mass"], v) / 2, quadratic(p["stiffness"], u) / 2
@@ -144,7 +144,7 @@ def energies(run: xr.Dataset) -> dict[str, Variable]:
 
 
 def shapes() -> dict[str, Variable]:
-    """Return the displaced shape under the amplitude as a static force, and the steady state under the harmonic."""
+    """Return the displacements under the static force amplitude, and the steady state under the harmonic force."""
     p, frequency = STRUCTURE.parameters, LOAD.circular_frequency
     static = np.linalg.solve(p["stiffness"], LOAD.amplitude)
     dynamic_stiffness = p["stiffness"] - frequency**2 * p["mass"] + 1j * frequency * p["damping"]
@@ -157,10 +157,10 @@ def shapes() -> dict[str, Variable]:
 
 
 def modal_estimate(time: np.ndarray) -> dict[str, Variable]:
-    """Return each mode's exact share of the displacement, and the SRSS of the modes' peaks.
+    """Return the exact displacement in each mode [m], and the SRSS of the peaks of the modes [m].
 
-    The damping is proportional to the stiffness, so the modes are uncoupled and their sum is the whole response. SRSS
-    (square root of the sum of squares) forgets when and with which sign each mode peaks: Chopra, Dynamics of
+    The damping is proportional to the stiffness, so the modes are uncoupled and their sum is the complete response.
+    SRSS (square root of the sum of squares) ignores the time and the sign of the peak of each mode: Chopra, Dynamics of
     Structures, section 13.7.
     """
     p, modal = STRUCTURE.parameters, STRUCTURE.modal()
@@ -183,7 +183,7 @@ def modal_estimate(time: np.ndarray) -> dict[str, Variable]:
 
 
 def convergence(device: str | None) -> dict[str, Variable]:
-    """Return the largest error of RK4 against the exact solution at each step, and the order between neighbours."""
+    """Return the largest displacement error of RK4 [m] for each step, and the order from neighbouring steps."""
     runs = [integrate(step, device) for step in STEPS]
     errors = [np.abs(run["displacement"].values - exact(run["time"].values)[0]).max() for run in runs]
     order = np.log(np.divide(errors[:-1], errors[1:])) / np.log(np.divide(STEPS[:-1], STEPS[1:]))
@@ -195,7 +195,7 @@ def convergence(device: str | None) -> dict[str, Variable]:
 
 
 def ensemble(samples: int, device: str | None, seed: int) -> tuple[dict[str, Variable], float]:
-    """Return the peaks of scattered frames, and the integration time per frame [s]."""
+    """Return variables with the peaks of frames with scatter, and the integration time per frame [s]."""
     run = wd.simulate(
         SCATTERED_SCENE, structures=samples, step=FRAME["step"], dtype="float64", device=device, seed=seed
     )
@@ -206,9 +206,9 @@ def ensemble(samples: int, device: str | None, seed: int) -> tuple[dict[str, Var
 
 
 def build_dataset(samples: int, device: str | None, seed: int) -> xr.Dataset:
-    """Run everything and return it as one dataset."""
+    """Run all parts of the study, and return their results as one dataset."""
     run = integrate(FRAME["step"], device)
-    # The kernels are compiled now; the shortest of several runs is the least disturbed.
+    # The kernels have been compiled by now. The shortest of several runs is the least disturbed by other processes.
     timed = [wd.simulate(SCENE, step=FRAME["step"], dtype="float64", device=device) for _ in range(TIMED_RUNS)]
     variables = responses(run)
     variables |= peaks(run, variables) | energies(run) | shapes() | modal_estimate(run["time"].values)
@@ -220,7 +220,7 @@ def build_dataset(samples: int, device: str | None, seed: int) -> xr.Dataset:
     coordinates["time"] = labelled("time", run["time"], "s", "time")
     dataset = xr.Dataset(variables | scattered).assign_coords(coordinates)
     published = FRAME["published"]
-    # The times in its attributes include the compilation.
+    # The times in the attributes of this run include the compilation, so they are not kept.
     kept = {name: value for name, value in run.attrs.items() if not name.startswith("seconds_")}
     dataset.attrs = kept | {
         "history": run.attrs["history"].replace("warpdyn.campaigns.running.simulate", "studies/seed_frame.py"),
@@ -237,7 +237,7 @@ def build_dataset(samples: int, device: str | None, seed: int) -> xr.Dataset:
 
 
 def print_report(result: xr.Dataset) -> None:
-    """Print the peaks three ways, the statement on the published ones, the errors and the times."""
+    """Print the peaks (RK4, exact, published), the statement on the published peaks, the errors and the times."""
     columns = {"RK4": "", "exact": "exact_", "published": "published_"}
     print("peak displacement [mm] at its time [s]")
     print(f"{'':<8}" + "".join(f"{name:>22}" for name in columns))
@@ -278,7 +278,7 @@ def print_report(result: xr.Dataset) -> None:
 
 
 def main() -> None:
-    """Run the study."""
+    """Run the study from the command line."""
     arguments = read_arguments(__doc__, 10_000, meaning="frames with scatter")
     target = file_in(arguments.out, "seed_frame.nc")
 

@@ -1,14 +1,18 @@
-"""Buildings of a region, analysed one by one in OpenSees as in SimCenter, and with warpdyn on the same core.
+"""Buildings of a region, analysed one by one in OpenSees as in SimCenter, and by warpdyn on the same core.
 
     python studies/simcenter.py --out results
 
-SimCenter's R2D makes a multi-storey shear model of each building by its application MDOF-LU, and OpenSees runs it under
-one pair of ground motions after the other. Here twenty Hazus buildings of 1 to 20 storeys run under 25 pairs of the
-FEMA P-695 near-field set as recorded: by OpenSeesPy with R2D's settings (see parts/simcenter/opensees.py), then without
-the files of recorders, then with the fastest solver and step for OpenSees; and by warpdyn. The study prints the
-processor time per history, the ratios, the extrapolated time for 1.84 million buildings under 25 pairs, and the
-differences of peak storey drifts, with default settings and with converged steps. It takes 15 minutes and writes
-simcenter.nc. Needs openseespy and the records: pip install "warpdyn[test]".
+SimCenter's R2D creates a multi-storey shear model of each building by its application MDOF-LU, and OpenSees analyses it
+under one pair of ground motions after the other. In this study, twenty Hazus buildings of 1 to 20 storeys are analysed
+under 25 pairs of the FEMA P-695 near-field set without scaling:
+
+- by OpenSeesPy with the settings of R2D (see parts/simcenter/opensees.py), then without the files of recorders, then
+with the solver and step that are fastest for OpenSees;
+- by warpdyn.
+
+The study prints the processor time per history, the ratios of these times, the extrapolated time for 1.84 million
+buildings under 25 pairs, and the differences of peak storey drifts, with default settings and with converged steps. It
+takes 15 minutes and writes simcenter.nc. It needs openseespy and the records: pip install "warpdyn[test]".
 """
 
 from __future__ import annotations
@@ -31,10 +35,10 @@ from tqdm import tqdm
 import warpdyn as wd
 from warpdyn.foundations.files import netcdf
 
-REGION = 1_840_000 * 25 * 2  # histories of SimCenter's Bay Area testbed: buildings, pairs of motions, components
-FINE = 5e-4  # s, longest step of the converged runs
-# Other settings were at most 10 % faster than the last: band solvers, one model per component, other algorithms and
-# convergence tests, linear acceleration.
+REGION = 1_840_000 * 25 * 2  # histories in SimCenter's Bay Area testbed: buildings, pairs of motions, components
+FINE = 5e-4  # longest step of the converged runs [s]
+# Other settings were at most 10 % faster than "OpenSees at its best": band solvers, one model per component, other
+# algorithms and convergence tests, linear acceleration.
 WAYS = {
     "OpenSees as in R2D": Way(),
     "without recorder files": Way(writes_files=False),
@@ -43,13 +47,14 @@ WAYS = {
 R2D, BEST, CONVERGED = "OpenSees as in R2D", "OpenSees at its best", "OpenSees converged"
 OURS, OURS_CONVERGED = "warpdyn", "warpdyn converged"
 COMPARED = ((OURS, R2D), (OURS_CONVERGED, CONVERGED), (OURS, CONVERGED), (R2D, CONVERGED), (BEST, CONVERGED))
-HOUSES = "W1"  # the type of most buildings of a region
-SCATTER = {name: wd.RandomFactor(wd.Lognormal(1.0, 0.1)) for name in ("stiffness", "damping_ratio")}  # as the testbed's
+HOUSES = "W1"  # wood houses, the type of most buildings of a region
+# Scatter of the buildings, as in SimCenter's Bay Area testbed.
+SCATTER = {name: wd.RandomFactor(wd.Lognormal(1.0, 0.1)) for name in ("stiffness", "damping_ratio")}
 Pairs = Sequence[tuple[wd.GroundMotion, wd.GroundMotion]]
 
 
 def run_opensees(buildings: Sequence[Building], pairs: Pairs) -> xr.Dataset:
-    """Return the time, the steps, the end and the peak drift ratios of each analysis by each way."""
+    """Return processor times [s], steps, completion and peak drift ratios of each analysis, for each `Way`."""
     ops = load_opensees()
     ways = WAYS | {CONVERGED: Way(freedoms=2, system="ProfileSPD", constraints="Plain", longest_step=FINE)}
     shape = len(ways), len(buildings), len(pairs)
@@ -81,13 +86,17 @@ def run_opensees(buildings: Sequence[Building], pairs: Pairs) -> xr.Dataset:
 def run_warpdyn(
     buildings: Sequence[Building], pairs: Pairs, copies: int = 1, longest_step: float | None = None
 ) -> tuple[float, np.ndarray]:
-    """Return the processor time of a history [s] and the peak drift ratios, shape [building, pair, component, storey].
+    """Analyse buildings under pairs of motions with warpdyn on one CPU thread.
+
 
     Args:
-        buildings: The buildings.
-        pairs: The pairs of motions.
-        copies: Number of buildings of each type; several have random stiffness and damping.
-        longest_step: Upper bound of the step [s], in float64; None: the default of warpdyn, in float32.
+        buildings: The buildings of the inventory.
+        pairs: The pairs of ground motions.
+        copies: Number of buildings of each type; more than one have random stiffness and damping.
+        longest_step: Upper bound of the step [s], in float64; None: the default step of warpdyn, in float32.
+
+    Returns:
+            Processor time per history [s], and peak drift ratios [1], shape [building, pair, component, storey].
     """
     scatter = SCATTER if copies > 1 else {}
     portfolio = wd.Portfolio({each.name: wd.Archetype(shear_building(each), copies, scatter) for each in buildings})
@@ -107,7 +116,7 @@ def run_warpdyn(
 
 
 def measure(buildings: Sequence[Building], pairs: Pairs, copies: int) -> xr.Dataset:
-    """Return times and peak drift ratios of all ways, OpenSees' and warpdyn's."""
+    """Return a dataset with times and peak drift ratios of all analyses, by OpenSees and by warpdyn."""
     groups = {"all": list(buildings), "houses": [each for each in buildings if each.building_type == HOUSES]}
     groups = {name: group for name, group in groups.items() if group}
 
@@ -142,9 +151,9 @@ def measure(buildings: Sequence[Building], pairs: Pairs, copies: int) -> xr.Data
 
 
 def differences(found: xr.Dataset, one: str, other: str) -> xr.DataArray:
-    """Return the largest difference over the storeys of each history, divided by its largest peak.
+    """Return the largest difference of the peak drifts of each history, divided by its largest peak drift.
 
-    NaN if OpenSees failed before the end.
+    Values are NaN if OpenSees failed before the end of the motion.
     """
     peaks = found["peak_storey_drift_ratio"]
     first, second = peaks.sel(way=one), peaks.sel(way=other)
@@ -152,7 +161,7 @@ def differences(found: xr.Dataset, one: str, other: str) -> xr.DataArray:
 
 
 def report(found: xr.Dataset) -> None:
-    """Print the times, their ratios and the differences."""
+    """Print the processor times, their ratios, and the differences of the peak drifts."""
     theirs = found["seconds_of_analysis"].sel(opensees=list(WAYS)) / 2  # a pair is two histories
     alone, *many = found["seconds_of_history"].mean("turn").values.tolist()
     houses = [name for name in found["building"].values if name.startswith(f"{HOUSES} ")]
@@ -194,7 +203,7 @@ def report(found: xr.Dataset) -> None:
 
 
 def main() -> None:
-    """Run the study."""
+    """Run the study from the command line."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--out", type=Path, default=Path("results"), help="folder for the results [%(default)s]")
     parser.add_argument("--buildings", type=int, default=20, help="how many of the twenty buildings [%(default)s]")

@@ -2,11 +2,13 @@
 
     python studies/stability.py --out results
 
-Maps of growth over w h and damping for every method, the limits measured in them, period and damping errors, RK4 on
-either side of its limit; then cases beyond that theory: stiffness-proportional damping in a tall chain, the limit of
-Bouc-Wen's law, implicit methods on yielding storeys, and time summed in float32. Writes stability.nc, 8 figures and
-stability_limits.csv (copied to docs/reference/methods).
-dormand_prince54 is excluded: with adaptive steps it has no growth per step.
+The study measures, for every method: maps of the growth per step over w h and damping ratio, the stability limits in
+these maps, and period and damping errors. It shows RK4 at steps slightly below and above its limit. Then it examines
+cases that this theory does not cover: stiffness-proportional damping in a tall chain, the limit of the Bouc-Wen law,
+implicit methods on yielding storeys, and time that is accumulated in float32.
+
+The study writes stability.nc, 8 figures and stability_limits.csv (copied to docs/reference/methods). dormand_prince54
+is excluded, because a method with adaptive steps has no growth per step.
 """
 
 from __future__ import annotations
@@ -30,12 +32,12 @@ from warpdyn.foundations.files import netcdf
 
 STEPPED = [name for name, method in METHODS.items() if not method.is_adaptive]
 LIMITED = [name for name in STEPPED if np.isfinite(stability_limit(METHODS[name], 0.05))]
-# Damping ratios of the limits: those of the tables, and more for smooth curves.
+# Damping ratios at which limits are measured: those of the tables, and more for smooth curves.
 TABULATED = (0, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 0.99, 1, 1.1, 1.25, 1.5, 2)
 LIMIT_DAMPING = np.unique(np.round([*TABULATED, *np.linspace(0, 2, 81)], 12))
-TABLED_DAMPING = (0, 0.02, 0.05, 0.1, 0.5, 1)  # of stability_limits.csv
+TABLED_DAMPING = (0, 0.02, 0.05, 0.1, 0.5, 1)  # damping ratios in stability_limits.csv
 ACCURACY_STEPS = np.geomspace(0.05, 1.6, 60)
-# On either side of RK4's limit of 2.8284: how an oscillator without damping grows or decays.
+# Values of w h around the limit of RK4, 2.8284, for the growth or decay of an oscillator without damping.
 RK4_STEPS, GROWN_STEPS, GROWTH = np.array([2.7, 2.82, 2.83, 2.9, 3.0]), np.array([2.83, 2.9, 3.0]), 1000.0
 RK4_COUNT, LARGEST_SIZE = 2000, 1e12
 SIDE, SIDE_COUNT, SIDE_DAMPING = 0.005, 2000, 0.05
@@ -76,7 +78,7 @@ DIMENSIONS = {
 
 
 def growth_maps(samples: int, device: str | None) -> tuple[dict[str, Variable], dict[str, Variable]]:
-    """Return each method's growth per step on a grid of about this many oscillators, and the grid's coordinates."""
+    """Return growth per step of each method on a grid of about `samples` oscillators, and coordinates of the grid."""
     rows = max(3, round(np.sqrt(0.4 * samples)))
     ratio = np.linspace(0, 2, rows)
     columns = max(3, samples // rows)
@@ -92,7 +94,7 @@ def growth_maps(samples: int, device: str | None) -> tuple[dict[str, Variable], 
 
 
 def limits(device: str | None) -> dict[str, Variable]:
-    """Return the limits measured and in theory, and the size of a motion after many steps on either side of them."""
+    """Return measured and theoretical limits, and the growth of a motion at steps slightly below and above them."""
     measured = [oscillator.measured_limits(name, LIMIT_DAMPING, device) for name in LIMITED]
     theory = [[stability_limit(METHODS[name], ratio) for ratio in LIMIT_DAMPING] for name in LIMITED]
     at = np.array([stability_limit(METHODS[name], SIDE_DAMPING) for name in LIMITED])
@@ -112,7 +114,7 @@ def limits(device: str | None) -> dict[str, Variable]:
 
 
 def accuracies(device: str | None) -> dict[str, Variable]:
-    """Return each method's period elongation and numerical damping."""
+    """Return the period elongation and the numerical damping of each method."""
     found = [oscillator.accuracy(name, ACCURACY_STEPS, device) for name in STEPPED]
     texts = {
         "period_elongation": "numerical period over the exact one, less 1",
@@ -126,7 +128,7 @@ def accuracies(device: str | None) -> dict[str, Variable]:
 
 
 def rk4_beside_its_limit(device: str | None) -> dict[str, Variable]:
-    """Return sizes of undamped motions under RK4 over the steps, and in how many steps they grow a thousand times."""
+    """Return the growth of undamped motions with RK4, and the number of steps in which they grow a thousand times."""
     none = np.zeros_like(RK4_STEPS)
     size = oscillator.sizes("rk4", RK4_STEPS, none, RK4_COUNT, device)
     drift = oscillator.oscillator_states("rk4", RK4_STEPS, none, RK4_COUNT, device)[..., 0]
@@ -143,7 +145,7 @@ def rk4_beside_its_limit(device: str | None) -> dict[str, Variable]:
 
 
 def chains(device: str | None) -> dict[str, Variable]:
-    """Return the longest steps of a chain with four dampings, and the motions near the limit of the misleading one."""
+    """Return the longest steps [s] of a chain with four dampings, and motions with stiffness-proportional damping."""
     found = np.array([failures.chain_limits(damping, device) for damping in failures.CHAIN_DAMPINGS])
     trap = failures.CHAIN_DAMPINGS.index("stiffness")
     size = failures.chain_sizes("stiffness", CHAIN_SHARES * found[trap, 1], CHAIN_EVERY, device)
@@ -161,7 +163,7 @@ def chains(device: str | None) -> dict[str, Variable]:
 
 
 def bouc_wen(device: str | None) -> dict[str, Variable]:
-    """Return the distance of a pushed Bouc-Wen storey's z from its bound, and the step at which it stops settling."""
+    """Return the distance of z of a pushed Bouc-Wen storey from its bound, and the step above which it stays away."""
     x, n = np.meshgrid(PUSH_RATIOS, EXPONENTS)
     z, status = failures.pushed_bouc_wen(x.ravel(), n.ravel(), PUSH_COUNT, device)
     shown, _ = failures.pushed_bouc_wen(SHOWN_RATIOS, np.full(SHOWN_RATIOS.size, SHOWN_EXPONENT), PUSH_COUNT, device)
@@ -177,7 +179,7 @@ def bouc_wen(device: str | None) -> dict[str, Variable]:
 
 
 def yielding(device: str | None) -> dict[str, Variable]:
-    """Return peak drifts of yielding storeys under implicit methods, over the exact ones, and some whole histories."""
+    """Return peak drifts of yielding storeys with implicit methods over exact peaks, and some complete histories."""
     peak, status, history = [], [], []
     count, steps = YIELDING_STEPS.size, np.concatenate([YIELDING_STEPS, SHOWN_YIELDING])
     for method in YIELDING_METHODS:
@@ -199,7 +201,7 @@ def yielding(device: str | None) -> dict[str, Variable]:
 
 
 def clocks(device: str | None) -> dict[str, Variable]:
-    """Return errors of the seed frame in float32 and float64, and those of time that is summed step by step."""
+    """Return errors of the seed frame in float32 and float64, and errors of time that is accumulated step by step."""
     found = [failures.frame_errors(step, device) for step in CLOCK_STEPS]
     texts = {
         "float64": "by the kernel in float64",
@@ -220,7 +222,7 @@ def clocks(device: str | None) -> dict[str, Variable]:
 
 
 def build_dataset(samples: int, device: str | None) -> xr.Dataset:
-    """Run everything and return it as one dataset."""
+    """Run all parts of the study, and return their results as one dataset."""
     variables, coordinates = growth_maps(samples, device)
     for part in (limits, accuracies, rk4_beside_its_limit, chains, bouc_wen, yielding, clocks):
         variables |= part(device)
@@ -240,7 +242,7 @@ def build_dataset(samples: int, device: str | None) -> xr.Dataset:
 
 
 def print_report(result: xr.Dataset) -> None:
-    """Print the limits with the theoretical ones, and the results for cases beyond the theory."""
+    """Print measured and theoretical limits, and the results for the cases that the theory does not cover."""
     print(
         f"{'method':<26} {'limit of w h':>12} {'in theory':>10} {'largest difference':>19} {'0.5 % inside':>13} outside"
     )
@@ -273,7 +275,7 @@ def print_report(result: xr.Dataset) -> None:
 
 
 def main() -> None:
-    """Run the study."""
+    """Run the study from the command line."""
     arguments = read_arguments(__doc__, 10_000, meaning="oscillators in each method's map of growth")
     target = file_in(arguments.out, "stability.nc")
     started = time.perf_counter()

@@ -1,10 +1,11 @@
-"""The table of the validation report: errors measured by tests with independent references.
+"""Table of the validation report: errors that tests measure with independent references.
 
     python studies/validation.py --out docs/validation
 
-Runs the tests that use the fixture `measured` (tests/validation.py) on this machine, and writes measured.csv: one row
-per claim, with the reference, the largest error of all cases, its bound and the test. The tables of the documentation
-are made from this file; the tests compare their claims and bounds with it.
+The study runs the tests that use the fixture `measured` (tests/validation.py) on this machine, and writes measured.csv.
+This file has one row per claim, with the reference, the largest error of all cases, the bound of the error, and the
+test. The tables of the documentation are generated from this file, and the tests compare their claims and bounds with
+it.
 """
 
 from __future__ import annotations
@@ -27,10 +28,10 @@ COLUMNS = ("claim", "truth", "value", "bound", "units", "cases", "test")
 
 
 def rows_of(lines: list[str]) -> list[dict[str, object]]:
-    """Return one row per claim, with the largest error of its cases.
+    """Return one table row per claim, with the largest error of all cases of the claim.
 
     Raises:
-        ValueError: If cases of one claim differ in reference, bound, units or test.
+        ValueError: If two cases of a claim differ in reference, bound, units or test.
     """
     found: dict[str, list[dict[str, object]]] = {}
     for line in lines:
@@ -45,7 +46,7 @@ def rows_of(lines: list[str]) -> list[dict[str, object]]:
 
 
 def main() -> None:
-    """Run the study."""
+    """Run the study from the command line."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--out", type=Path, default=Path("results"), help="folder for the results [%(default)s]")
     arguments = parser.parse_args()

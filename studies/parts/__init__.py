@@ -1,1 +1,1 @@
-"""Modules of the studies: one folder per study, and their common command line."""
+"""Modules of the studies: one folder per study, and the command-line arguments that they share."""

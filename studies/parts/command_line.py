@@ -1,4 +1,4 @@
-"""Command-line arguments that every study takes, the file that it writes, and its figures."""
+"""Functions that all studies use: command-line arguments, the path of the result, and writing of figures."""
 
 from __future__ import annotations
 
@@ -11,23 +11,23 @@ from typing import TYPE_CHECKING
 
 from warpdyn.foundations.files.unfinished import check_writable
 
-if TYPE_CHECKING:  # importing matplotlib takes 0.3 s; results need not wait for it
+if TYPE_CHECKING:  # importing matplotlib takes 0.3 s and is not needed before results are written
     from matplotlib.figure import Figure
 
-# Packages and kernels create hundreds of thousands of objects that live until the end. Let Python search them for
-# cycles less often, and not at the end of the study, which would take 0.3 s.
+# Packages and kernels create hundreds of thousands of objects that exist until the program ends. Python's garbage
+# collector searches them less often here. It does not search them at the end, which would take 0.3 s.
 gc.set_threshold(50_000, 20, 50)
 atexit.register(gc.freeze)
 
 
 def read_arguments(description: str | None, count: int, meaning: str, counted: str = "samples") -> argparse.Namespace:
-    """Return `out`, `device`, `samples` (or another count) and `seed` from the command line.
+    """Return the command-line arguments `out`, `device`, `samples` (or another count) and `seed`.
 
     Args:
-        description: Description of the study, for its help.
-        count: Default of the count.
-        meaning: Description of the count, for the help.
-        counted: Name of the count on the command line.
+        description: Description of the study that `--help` prints.
+        count: Default value of the count.
+        meaning: Description of the count that `--help` prints.
+        counted: Name of the argument for the count, such as "structures".
     """
     parser = argparse.ArgumentParser(description=description, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--out", type=Path, default=Path("results"), help="folder for the results [%(default)s]")
@@ -38,7 +38,7 @@ def read_arguments(description: str | None, count: int, meaning: str, counted: s
 
 
 def file_in(folder: Path, name: str) -> Path:
-    """Make the folder for the results and return a file in it that can be written."""
+    """Create the folder for the results, and return the path of a file in it, after checking that it can be written."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
@@ -47,6 +47,6 @@ def file_in(folder: Path, name: str) -> Path:
 
 
 def save_figures(figures: Mapping[str, Figure], folder: Path) -> None:
-    """Write each figure to a PNG of its name."""
+    """Write each figure to a PNG file in the folder; the keys are the names of the files."""
     for name, figure in figures.items():
         figure.savefig(folder / f"{name}.png", dpi=150)

@@ -1,6 +1,6 @@
-"""Peers of warpdyn: the same shear chain in hand-written code and other programs.
+"""Peers of warpdyn in the benchmark: the same shear chain in hand-written code and in other programs.
 
-Each peer is a module with one function, `measure(case)`, which integrates every sample of a case and returns the time
-of the integration and the peak storey drifts. Peers do not import warpdyn. If a requirement is not installed,
-importing the peer or `measure` raises ImportError or Missing, and the benchmark lists the peer as missing.
+Each peer is a module with a function `measure(case)`. It integrates every sample of a case, and returns the time of the
+integration [s] and the peak storey drifts [m]. Peers do not import warpdyn. If a requirement is not installed, the
+import of the peer or `measure` raises ImportError or Missing, and the benchmark lists the peer as missing.
 """

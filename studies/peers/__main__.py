@@ -1,7 +1,7 @@
 """Measure one peer on case files: python -m peers peers.PEER CPUS FOLDER, in the folder `studies`.
 
-Reads every case-N.npz of the folder and writes measured-N.npz to the same folder: seconds, peak drifts and a note, or
-the reason of a failure. The process uses the first CPUS of its processors (0: all of them), except for compiling.
+The program reads every case-N.npz in the folder and writes measured-N.npz to it, with time [s], peak drifts [m] and a
+note, or the reason of a failure. The process uses its first CPUS processors (0: all of them), except for compiling.
 """
 
 from __future__ import annotations
@@ -18,9 +18,9 @@ from peers.case import Case, Missing
 
 
 def main(peer: str, cpus: int, folder: Path) -> None:
-    """Measure a peer on the cases of a folder."""
+    """Measure a peer on all cases in a folder, and write one result file per case."""
     cases = {path.name.replace("case", "measured"): Case.read(path) for path in sorted(folder.glob("case-*.npz"))}
-    with contextlib.suppress(Exception):  # `measure` raises it again for each case
+    with contextlib.suppress(Exception):  # `measure` raises the error again for each case
         importlib.import_module(peer).prepare(list(cases.values()))
     if cpus:
         os.sched_setaffinity(0, sorted(os.sched_getaffinity(0))[:cpus])
@@ -39,7 +39,7 @@ def main(peer: str, cpus: int, folder: Path) -> None:
 
 
 def in_one_line(text: str) -> str:
-    """Return a message without its line breaks."""
+    """Return a message with spaces instead of line breaks."""
     return " ".join(text.split())
 
 

@@ -1,4 +1,4 @@
-"""The case that all peers measure: an ensemble of shear chains under one base motion; and how a time is taken."""
+"""Case that all peers integrate, an ensemble of shear chains under one base motion, and the timing of runs."""
 
 from __future__ import annotations
 
@@ -9,11 +9,12 @@ from pathlib import Path
 
 import numpy as np
 
-# The Bouc-Wen law of all storeys: F = k (a d + (1 - a) dy z), dy dz/dt = v - (|v| z + v |z|) / 2.
-HARDENING_RATIO, YIELD_DRIFT = 0.05, 0.01  # 1 and m
-HEIGHT = 3.0  # m, of all storeys
+# Bouc-Wen law of all storeys: F = k (a d + (1 - a) dy z), dy dz/dt = v - (|v| z + v |z|) / 2.
+HARDENING_RATIO, YIELD_DRIFT = 0.05, 0.01  # a [1] and dy [m]
+HEIGHT = 3.0  # height of all storeys [m]
 
-# After a warm-up, runs are repeated until they have taken this long [s]: a GPU's clock needs about 0.2 s to speed up.
+# After a warm-up there are at least LEAST_RUNS runs, until they have taken TIMED_FOR seconds. The clock of a GPU needs
+# about 0.2 s of work to speed up.
 LEAST_RUNS, TIMED_FOR = 2, 0.3
 
 
@@ -23,20 +24,22 @@ class Missing(Exception):
 
 @dataclass(frozen=True, eq=False)
 class Case:
-    """An ensemble and the terms it is integrated on.
+    """An ensemble of shear chains under one base motion, with the settings of the integration.
 
     Args:
-        law: A row of `peers.storey_laws.LAWS`; most peers have only "elastic" and "bouc_wen".
-        dtype: "float32" or "float64".
-        device: "cpu" or "cuda:0".
+        law: Name of the storey law, a key of `peers.storey_laws.LAWS`; most peers support only "elastic" and
+            "bouc_wen".
+        dtype: Number type, "float32" or "float64".
+        device: Device of the integration, "cpu" or "cuda:0".
         step: Integration step [s].
-        acceleration: Base acceleration at every step [m/s2], shape [step + 1]; linear in between.
+        acceleration: Base acceleration at every step [m/s2], shape [step + 1]; it is linear between these values.
         stiffness: Storey stiffness [N/m], shape [structure, storey], from the ground up.
         damping_coefficient: Viscous damping coefficient of the storeys [N s/m], shape [structure, storey].
         mass: Floor mass [kg], shape [structure, storey].
-        structure: Which structure each sample has, shape [sample].
-        scale: Factor on the base acceleration, shape [sample].
-        recorders: "drift" (peak storey drifts), or "all" (the default recorders of warpdyn; only in few peers).
+        structure: Index of the structure of each sample, shape [sample].
+        scale: Factor on the base acceleration of each sample [1], shape [sample].
+        recorders: "drift" for peak storey drifts, or "all" for the default recorders of warpdyn, which few peers
+            support.
     """
 
     law: str
@@ -53,21 +56,21 @@ class Case:
 
     @property
     def storeys(self) -> int:
-        """Storeys of each structure."""
+        """Number of storeys of each structure."""
         return self.stiffness.shape[1]
 
     @property
     def samples(self) -> int:
-        """Samples of the ensemble."""
+        """Number of samples of the ensemble."""
         return self.structure.size
 
     @property
     def steps(self) -> int:
-        """Integration steps of each sample."""
+        """Number of integration steps of each sample."""
         return self.acceleration.size - 1
 
     def arrays(self) -> tuple[np.ndarray, ...]:
-        """Return stiffness, damping coefficient and inverse mass, [sample, storey], scale and acceleration in dtype."""
+        """Return stiffness, damping coefficient, inverse mass [sample, storey], scale and acceleration in `dtype`."""
         by_sample = (values[self.structure] for values in (self.stiffness, self.damping_coefficient, 1 / self.mass))
         return tuple(np.ascontiguousarray(v, self.dtype) for v in (*by_sample, self.scale, self.acceleration))
 
@@ -77,19 +80,19 @@ class Case:
 
     @classmethod
     def read(cls, path: Path) -> Case:
-        """Return the case of an npz file."""
+        """Read the case in an npz file that `write` wrote."""
         with np.load(path) as file:
             return cls(**{name: values if values.ndim else values.item() for name, values in file.items()})
 
 
 @dataclass(frozen=True, eq=False)
 class Measured:
-    """Result of a peer.
+    """Result of a peer for one case.
 
     Args:
-        seconds: Time of the integration of all samples [s], the least of several runs.
+        seconds: Shortest time of several integrations of all samples [s].
         peak_storey_drift: Largest absolute storey drift at any step [m], shape [sample, storey].
-        note: Remark on the result.
+        note: Remark on the measurement.
     """
 
     seconds: float
@@ -98,10 +101,11 @@ class Measured:
 
 
 def least_seconds(run: Callable[[], object]) -> float:
-    """Return the shortest time [s] of several runs after a warm-up.
+    """Run a function several times after a warm-up, and return the shortest time [s].
 
     Args:
-        run: Runs it, waits until it is done, and returns its time [s], a float, if it knows better than the clock.
+        run: Function that runs the integration and waits until it is complete. If it returns a float, this is its time
+            [s]; otherwise the clock counts.
     """
     seconds: list[float] = []
     while len(seconds) < LEAST_RUNS or sum(seconds) < TIMED_FOR:

@@ -1,4 +1,4 @@
-"""The shear chain in JAX, for the peers that are built on it: its equation of motion, and RK4 in a lax.scan."""
+"""Shear chain in JAX, for the peers that use JAX: the equation of motion, and RK4 in a lax.scan."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from peers.case import HARDENING_RATIO, YIELD_DRIFT, Case, Measured, Missing, le
 
 
 def devices_of(case: Case) -> list:
-    """Return JAX's devices of the case's kind, and let JAX use 64 bits if the case does.
+    """Return the devices of JAX for a case, and set JAX to 64 bits if the case has the dtype float64.
 
     Raises:
-        Missing: If JAX has no such device.
+        Missing: If JAX does not find a device of this kind.
     """
     jax.config.update("jax_enable_x64", case.dtype == "float64")
     try:
@@ -25,12 +25,12 @@ def devices_of(case: Case) -> list:
 
 
 def drifts(displacement):
-    """Return the storey drifts, shape [storey]."""
+    """Return the storey drifts of floor displacements, shape [storey]."""
     return jnp.diff(displacement, prepend=0)
 
 
 def slopes(state, ground, stiffness, damping, inverse_mass, law: str):
-    """Return the rates of the state: (u, v, z), or (u, v) of a linear chain, each [storey]."""
+    """Return the time derivative of the state (u, v, z), or (u, v) of an elastic chain, each of shape [storey]."""
     displacement, velocity, *memory = state
     drift, rate = drifts(displacement), drifts(velocity)
     if law == "bouc_wen":
@@ -43,12 +43,12 @@ def slopes(state, ground, stiffness, damping, inverse_mass, law: str):
 
 
 def rest(case: Case):
-    """Return the state at rest."""
+    """Return the state of a chain at rest: zeros of shape [storey] for displacement, velocity and memory."""
     return (jnp.zeros(case.storeys, case.dtype),) * (3 if case.law == "bouc_wen" else 2)
 
 
 def timed(run: Callable, parameters: list) -> Measured:
-    """Return the time of a compiled function of the samples, and the peak drifts it returns."""
+    """Run a compiled function of the parameters; return its shortest time [s] and the peak drifts that it returns."""
     peaks = run(*parameters).block_until_ready()
     return Measured(least_seconds(lambda: run(*parameters).block_until_ready()), np.asarray(peaks))
 
@@ -57,10 +57,10 @@ def scan_rk4(case: Case, slopes: Callable, drifts: Callable, split: Callable) ->
     """Measure RK4 in a lax.scan over the steps and a vmap over the samples.
 
     Args:
-        case: The case.
-        slopes: Rates of a state, as `slopes` above.
-        drifts: Storey drifts of displacements.
-        split: From an array [storey] to what a state is made of.
+        case: The case that is integrated.
+        slopes: Function that returns the time derivative of a state, such as `slopes` in this module.
+        drifts: Function that returns the storey drifts of displacements.
+        split: Function that converts an array of shape [storey] into the form of a part of the state.
     """
     with jax.default_device(devices_of(case)[0]):
         *parameters, acceleration = (jnp.asarray(array) for array in case.arrays())

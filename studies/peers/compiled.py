@@ -1,4 +1,4 @@
-"""Shared libraries of the peers that are written in C++ and CUDA, compiled when they are first needed."""
+"""Compilation of the C++ and CUDA sources of peers into shared libraries, when they are first needed."""
 
 from __future__ import annotations
 
@@ -16,16 +16,16 @@ from peers.case import HARDENING_RATIO, YIELD_DRIFT, Case, Missing
 REAL = {"float32": "float", "float64": "double"}
 
 
-_FOLDER = tempfile.TemporaryDirectory(prefix="shear_chain")  # made before several threads compile
+_FOLDER = tempfile.TemporaryDirectory(prefix="shear_chain")  # created here, before several threads compile
 
 
 @functools.cache
 def load(compiler: str, flags: tuple[str, ...], source: str, **macros: str | int) -> ctypes.CDLL:
-    """Return a library compiled from a source in this folder.
+    """Compile a source file in this folder, and return the shared library.
 
     Raises:
-        Missing: If there is no such compiler.
-        RuntimeError: If it fails; the message ends with its output.
+        Missing: If the compiler is not installed.
+        RuntimeError: If the compilation fails; the message ends with the output of the compiler.
     """
     path = shutil.which(compiler)
     if path is None:
@@ -42,7 +42,7 @@ def load(compiler: str, flags: tuple[str, ...], source: str, **macros: str | int
 
 
 def macros_of(case: Case) -> dict[str, str | int | float]:
-    """Return the compiler options of all sources."""
+    """Return the macros with which all sources are compiled for a case, by name."""
     return {
         "STOREYS": case.storeys,
         "REAL": REAL[case.dtype],
@@ -55,10 +55,10 @@ def macros_of(case: Case) -> dict[str, str | int | float]:
 
 
 def multistep_arrays(case: Case) -> list[np.ndarray]:
-    """Return the arrays that the sources of Stoermer's method read, aligned to 16 bytes, in the case's dtype.
+    """Return the arrays that the sources of Stoermer's method read, in the dtype of the case.
 
-    Stiffness, damping coefficient, inverse mass, yield drift and hardening ratio, shape [storey, sample]; scale and
-    mass-proportional damping (0), shape [sample]; base acceleration, shape [step + 1].
+    Order: stiffness, damping coefficient, inverse mass, yield drift and hardening ratio, shape [storey, sample]; scale
+    and mass-proportional damping (0), shape [sample]; base acceleration, shape [step + 1].
     """
     *tables, scale, acceleration = case.arrays()
     tables = [table.T for table in tables]

@@ -1,9 +1,9 @@
-"""Hand-written C++ (stoermer_chain.cpp): Stoermer's method, samples in vector registers, on one thread.
+"""Hand-written C++ (stoermer_chain.cpp): Stoermer's method, with samples in vector registers, on one thread.
 
-It does what warpdyn's kernel of `stoermer` does with the recorder of drifts, except the location of the largest drift
-ratio and the test for divergence; it has no other features. Differences of the method: the first step starts from a
-constant acceleration, dashpots use another extrapolation of the velocity, and a Bouc-Wen storey has a formula of third
-order in the change of the drift.
+The code does the same as warpdyn's kernel of `stoermer` with the recorder of drifts, except that it does not locate the
+largest drift ratio and does not test for divergence. It has no other features. The method differs in three details: the
+first step starts from a constant acceleration, dashpots use another extrapolation of the velocity, and a Bouc-Wen
+storey uses a formula of third order in the change of the drift.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from peers.cpp_vectors import FLAGS
 
 
 def prepare(cases: Sequence[Case]) -> None:
-    """Compile the libraries of the cases in parallel."""
+    """Compile the libraries for all cases in parallel."""
     with ThreadPoolExecutor() as pool:
         list(pool.map(_function, cases))
 
@@ -32,7 +32,7 @@ def _function(case: Case) -> ctypes._CFuncPtr:
 
 
 def measure(case: Case) -> Measured:
-    """Return the time and the peak drifts."""
+    """Integrate a case, and return the shortest time and the peak drifts."""
     arrays, function = multistep_arrays(case), _function(case)
     peaks = np.full((case.storeys, case.samples), np.nan, case.dtype)
     pointers = [ctypes.c_void_p(array.ctypes.data) for array in (*arrays, peaks)]

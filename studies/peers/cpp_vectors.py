@@ -1,8 +1,8 @@
-"""Hand-written C++ (shear_chain.cpp): RK4, samples side by side in vector registers, on one thread.
+"""Hand-written C++ (shear_chain.cpp): RK4, with samples in vector registers, on one thread.
 
-It does what warpdyn's kernel does with the recorder of drifts, except the location of the largest drift ratio
-and the test for divergence; it has no other features. Rows of 8, 16 and 32 samples are tried; the fastest
-counts. Only a single storey would be faster with rows of 64 (1.5 times).
+The code does the same as warpdyn's kernel with the recorder of drifts, except that it does not locate the largest drift
+ratio and does not test for divergence. It has no other features. Vectors of 8, 16 and 32 samples are tried, and the
+fastest counts. Vectors of 64 samples would be faster only for a single storey (1.5 times).
 """
 
 from __future__ import annotations
@@ -17,11 +17,11 @@ from peers.case import Case, Measured, least_seconds
 from peers.compiled import load, macros_of
 
 FLAGS = ("-std=c++17", "-O3", "-march=native", "-ffast-math", "-fPIC", "-w")
-ROWS = (8, 16, 32)  # samples
+ROWS = (8, 16, 32)  # numbers of samples that are integrated together
 
 
 def prepare(cases: Sequence[Case]) -> None:
-    """Compile the libraries of the cases in parallel."""
+    """Compile the libraries for all cases and all sizes of vectors in parallel."""
     with ThreadPoolExecutor() as pool:
         list(pool.map(lambda job: _library(*job), [(case, row) for case in cases for row in ROWS]))
 
@@ -31,7 +31,7 @@ def _library(case: Case, row: int) -> ctypes.CDLL:
 
 
 def _aligned(shape: tuple[int, ...], dtype: str) -> np.ndarray:
-    """Return zeros that start where vector registers may be loaded from."""
+    """Return an array of zeros whose address is a multiple of 256 bytes, as vector registers need."""
     size = int(np.prod(shape)) * np.dtype(dtype).itemsize
     raw = np.zeros(size + 256, np.uint8)
     first = -raw.ctypes.data % 256
@@ -39,14 +39,14 @@ def _aligned(shape: tuple[int, ...], dtype: str) -> np.ndarray:
 
 
 def measure(case: Case) -> Measured:
-    """Return the time and the peak drifts of the fastest row."""
+    """Integrate a case with each size of vectors; return the shortest time and the peak drifts of the fastest."""
     return min((_measure(case, row) for row in ROWS), key=lambda measured: measured.seconds)
 
 
 def _measure(case: Case, row: int) -> Measured:
     *tables, scale, acceleration = case.arrays()
     blocks = -(-case.samples // row)
-    filled = np.arange(blocks * row) % case.samples  # the last row's rest repeats the first samples
+    filled = np.arange(blocks * row) % case.samples  # the last block is filled with the first samples again
     packed = []
     for table in tables:
         packed.append(_aligned((blocks, case.storeys, row), case.dtype))

@@ -1,9 +1,9 @@
-"""CuBIE: its RK4 at a fixed step, one sample per thread, running maxima of the drifts as summaries; it needs a GPU.
+"""CuBIE: its RK4 with a fixed step, one sample per thread, and running maxima of the drifts; it needs a GPU.
 
-The chain is given as equations, which CuBIE turns into CUDA code; the base motion is a driver, interpolated linearly;
-the drifts are observables, and their largest magnitude is updated at every step. The law's constants are compiled in.
-Timed by CuBIE's own events around its kernel, inputs and outputs on the device, with the settings that it chooses for
-the hardware.
+The chain is given as equations, from which CuBIE generates CUDA code. The base motion is a driver that is interpolated
+linearly. The drifts are observables, and their largest magnitude is updated at every step. The constants of the law are
+compiled into the code. The time is measured by CuBIE's events around its kernel, with inputs and outputs on the device,
+and with the settings that CuBIE chooses for the hardware.
 """
 
 from __future__ import annotations
@@ -18,13 +18,13 @@ from peers.case import HARDENING_RATIO, YIELD_DRIFT, Case, Measured, least_secon
 
 
 def measure(case: Case) -> Measured:
-    """Return the time of the kernel and the peak drifts."""
+    """Integrate a case, and return the time of the kernel and the peak drifts."""
     with solver_of(case) as solver:
         return timed(solver, case)
 
 
 def parameters_of(case: Case) -> dict[str, np.ndarray]:
-    """Return the swept parameters by name, each shape [sample]."""
+    """Return the parameters that differ between samples, by name, each of shape [sample]."""
     stiffness, damping, inverse_mass, scale, _ = case.arrays()
     parameters = {"scale": scale}
     for i in range(case.storeys):
@@ -33,7 +33,7 @@ def parameters_of(case: Case) -> dict[str, np.ndarray]:
 
 
 def solver_of(case: Case) -> Solver:
-    """Return CuBIE's solver of a case."""
+    """Return the solver of CuBIE for the equations of a case."""
     *_, acceleration = case.arrays()
     state = [f"{name}{i}" for i in range(case.storeys) for name in ("uvz" if case.law == "bouc_wen" else "uv")]
     drifts = [f"drift{i}" for i in range(case.storeys)]
@@ -58,10 +58,10 @@ def solver_of(case: Case) -> Solver:
         sample_summaries_every=case.step,
         summarise_every=case.steps * case.step,
         drivers=DriverSamples({"ground": acceleration}, driver_sample_period=case.step, t0=0.0),
-        order=1,  # of the motion's interpolation
+        order=1,  # linear interpolation of the motion
         wrap=False,
         boundary_condition="natural",
-        time_logging_level="silent",  # events are recorded and nothing is printed
+        time_logging_level="silent",  # events are recorded, but nothing is printed
     )
 
 
@@ -82,13 +82,13 @@ def _equations(case: Case) -> list[str]:
 
 
 def timed(solver: Solver, case: Case) -> Measured:
-    """Return the time of a solver's kernel and the peak drifts."""
+    """Return the shortest time of the kernel of a solver, and the peak drifts."""
     duration = case.steps * case.step
     result = solver.solve(parameters=parameters_of(case), duration=duration)
     peaks = np.array(result.as_numpy["summaries_array"][0].T)
 
     def run() -> float:
-        # With the inputs of the solve before, which are on the device.
+        # Inputs are those of the previous solve, which are still on the device.
         given = (solver.device_initial_values, solver.device_parameters)
         solver.solve(*given, duration=duration, on_device=True).stream.synchronize()
         events = [event for event in solver.kernel._cuda_events if event.name.startswith("kernel_chunk")]

@@ -1,8 +1,9 @@
-"""Hand-written CUDA (shear_chain.cu): RK4, one sample per thread, its whole history in registers.
+"""Hand-written CUDA (shear_chain.cu): RK4, one sample per thread, with its whole state in registers.
 
-It does what warpdyn's kernel does with the recorder of drifts, or with those of its defaults, except the location of
-the largest drift ratio, the residual drifts and the test for divergence; it has no other features. Beyond
-20 storeys in float32 and 10 in float64 its registers spill. Timed by events, all data on the device.
+The code does the same as warpdyn's kernel with the recorder of drifts, or with the default recorders. It does not
+locate the largest drift ratio, does not record residual drifts and does not test for divergence. It has no other
+features. Above 20 storeys in float32 and 10 in float64, its variables no longer fit in registers. The time is measured
+by events, with all data on the device.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ FLAGS = ("-std=c++17", "-arch=native", "-O3", "-Xcompiler", "-fPIC")
 
 
 def prepare(cases: Sequence[Case]) -> None:
-    """Compile the libraries of the cases in parallel."""
+    """Compile the libraries for all cases in parallel."""
     with ThreadPoolExecutor() as pool:
         list(pool.map(_library, cases))
 
@@ -30,13 +31,13 @@ def _library(case: Case) -> ctypes.CDLL:
 
 
 def measure(case: Case) -> Measured:
-    """Return the time of the kernel and the peak drifts."""
+    """Integrate a case, and return the time of the kernel and the peak drifts."""
     seconds, results, note = run(case)
     return Measured(seconds, results[: case.storeys].T, note)
 
 
 def run(case: Case) -> tuple[float, np.ndarray, str]:
-    """Return the time of the kernel [s], its results, shape [row, sample], and its use of GPU resources."""
+    """Integrate a case; return kernel time [s], results, shape [row, sample], and a text on registers and memory."""
     *tables, scale, acceleration = case.arrays()
     arrays = [np.ascontiguousarray(table.T) for table in tables] + [scale, acceleration]
     rows = 3 * case.storeys + 5 if case.recorders == "all" else case.storeys

@@ -1,8 +1,9 @@
 """Hand-written CUDA (stoermer_chain.cu): Stoermer's method, one sample per thread, all state in registers, float32.
 
-It does what warpdyn's kernel of `stoermer` does with the recorder of drifts, except the location of the largest drift
-ratio; it has no other features. Differences of the method: as in `cpp_stoermer`. With 20 yielding storeys its registers
-spill. Timed by events, all data on the device.
+The code does the same as warpdyn's kernel of `stoermer` with the recorder of drifts, except that it does not locate the
+largest drift ratio. It has no other features. The docstring of `cpp_stoermer` lists the differences of the method. With
+20 yielding storeys, its variables no longer fit in registers. The time is measured by events, with all data on the
+device.
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ from peers.cuda_registers import FLAGS
 
 
 def prepare(cases: Sequence[Case]) -> None:
-    """Compile the libraries of the cases in parallel."""
+    """Compile the libraries for all cases in parallel."""
     with ThreadPoolExecutor() as pool:
         list(pool.map(_library, cases))
 
@@ -29,7 +30,7 @@ def _library(case: Case) -> ctypes.CDLL:
 
 
 def measure(case: Case) -> Measured:
-    """Return the time of the kernel and the peak drifts."""
+    """Integrate a case, and return the time of the kernel and the peak drifts."""
     arrays, library = multistep_arrays(case), _library(case)
     peaks = np.full((case.storeys, case.samples), np.nan, case.dtype)
     seconds, registers, local = ctypes.c_double(), ctypes.c_int(), ctypes.c_int()

@@ -1,7 +1,7 @@
 """diffrax's Tsit5 stepped by hand: its `step` in a lax.scan that keeps running peaks, a vmap over the samples, jit.
 
-Manual stepping as in diffrax's documentation: without a solve, and only the peaks are stored. Tsit5 evaluates
-the equation six times per step, RK4 four times.
+The steps are called as in the documentation of diffrax on manual stepping, without a solve, and only the peaks are
+stored. Tsit5 evaluates the equation of motion six times per step; RK4 evaluates it four times.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from peers.diffrax_tsit5 import field_of
 
 
 def measure(case: Case) -> Measured:
-    """Return the time of the compiled scan and the peak drifts."""
+    """Integrate a case, and return the time of the compiled scan and the peak drifts."""
     with jax.default_device(devices_of(case)[0]):
         *parameters, acceleration = (jnp.asarray(array) for array in case.arrays())
         times = jnp.arange(case.steps + 1) * np.dtype(case.dtype).type(case.step)

@@ -1,7 +1,8 @@
-"""diffrax: Tsit5 at a constant step in diffeqsolve, a vmap over the samples, compiled by jit.
+"""diffrax: Tsit5 with a constant step in diffeqsolve, a vmap over the samples, compiled by jit.
 
-The usual way of using diffrax. Tsit5 has order 5 and evaluates the equation six times per step, RK4 four times. All
-drifts are saved at every step, for a solve has no running peak, and their largest is taken afterwards, on the device.
+This is the usual way of using diffrax. Tsit5 has order 5 and evaluates the equation of motion six times per step; RK4
+evaluates it four times. A solve cannot keep a running peak, so the drifts of all steps are saved, and their maximum is
+computed afterwards, on the device.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ from peers.chain_in_jax import devices_of, drifts, rest, slopes, timed
 
 
 def field_of(case: Case, acceleration):
-    """Return the equation of motion as diffrax takes it; the motion is read at its uniform steps, not searched."""
+    """Return the equation of motion for diffrax; the motion is indexed by its uniform steps, without a search."""
     step = np.dtype(case.dtype).type(case.step)
 
     def field(time, state, parameters):
@@ -31,7 +32,7 @@ def field_of(case: Case, acceleration):
 
 
 def measure(case: Case) -> Measured:
-    """Return the time of the compiled solve and the peak drifts."""
+    """Integrate a case, and return the time of the compiled solve and the peak drifts."""
     with jax.default_device(devices_of(case)[0]):
         *parameters, acceleration = (jnp.asarray(array) for array in case.arrays())
         times = jnp.arange(case.steps + 1) * np.dtype(case.dtype).type(case.step)
@@ -48,7 +49,7 @@ def measure(case: Case) -> Measured:
                 rest(case),
                 own,
                 saveat=saved,
-                max_steps=case.steps + 16,  # rounding may leave a tiny last step
+                max_steps=case.steps + 16,  # because of rounding, there may be a tiny last step
             )
             return jnp.abs(solved.ys).max(axis=0)
 

@@ -1,6 +1,7 @@
-"""JAX: RK4 in a lax.scan over the steps, a vmap over the samples, compiled by jit; a sample's storeys are an array.
+"""JAX: RK4 in a lax.scan over the steps, a vmap over the samples, compiled by jit; storeys are an array.
 
-The usual way of writing it in JAX. XLA compiles a step to a few fused kernels, which exchange the state through memory.
+This is the usual way of writing the chain in JAX. XLA compiles a step to a few fused kernels, which exchange the state
+through memory.
 """
 
 from __future__ import annotations
@@ -10,5 +11,5 @@ from peers.chain_in_jax import drifts, scan_rk4, slopes
 
 
 def measure(case: Case) -> Measured:
-    """Return the time of the compiled function and the peak drifts."""
+    """Integrate a case, and return the time of the compiled function and the peak drifts."""
     return scan_rk4(case, slopes, drifts, split=lambda values: values)

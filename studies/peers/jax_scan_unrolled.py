@@ -1,6 +1,7 @@
-"""JAX as in jax_scan, but with a separate scalar for each storey, in Python loops, so that XLA can fuse a step.
+"""JAX as in jax_scan, but with a separate scalar for each storey, so that XLA can fuse a step.
 
-Compilation by XLA is slow with more than about ten storeys.
+Python loops over the storeys are unrolled when JAX traces the function. Compilation by XLA is slow with more than about
+ten storeys.
 """
 
 from __future__ import annotations
@@ -12,7 +13,7 @@ from peers.chain_in_jax import scan_rk4
 
 
 def measure(case: Case) -> Measured:
-    """Return the time of the compiled function and the peak drifts."""
+    """Integrate a case, and return the time of the compiled function and the peak drifts."""
     return scan_rk4(case, _slopes, _drifts, split=tuple)
 
 

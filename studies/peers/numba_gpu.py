@@ -1,6 +1,7 @@
-"""numba-cuda: RK4, one sample per thread, its state in local arrays that the compiler may keep in registers.
+"""numba-cuda: RK4, one sample per thread, with its state in local arrays that the compiler may keep in registers.
 
-A translation of the C++ peer to Python, with the same task. Timed by events, all data on the device.
+The code is a translation of the C++ peer to Python and does the same task. The time is measured by events, with all
+data on the device.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ THREADS_OF_A_BLOCK = 128
 
 
 def measure(case: Case) -> Measured:
-    """Return the time of the kernel and the peak drifts."""
+    """Integrate a case, and return the time of the kernel and the peak drifts."""
     if not cuda.is_available():
         raise Missing("numba finds no GPU; it needs an NVIDIA GPU, its driver and the CUDA toolkit")
     *tables, scale, acceleration = case.arrays()

@@ -1,8 +1,8 @@
-"""Numba on CPU threads: RK4 in a parallel loop over blocks of samples, written so that LLVM turns it into vector code.
+"""Numba on CPU threads: RK4 in a parallel loop over blocks of samples, which LLVM turns into vector instructions.
 
-The natural loop, one sample after another, is not vectorised and ten times slower. Vectorisation needs rows
-of samples in the innermost loop, and the whole state of a block in one array, so that LLVM can see that rows do not
-overlap. Rows of 16 and 32 samples are tried; the faster counts. The task is that of the C++ peer.
+A plain loop over the samples is not vectorised and is ten times slower. Vectorisation needs an innermost loop over
+several samples, and the whole state of a block in one array, so that LLVM can recognise that its rows do not overlap.
+Blocks of 16 and 32 samples are tried, and the faster counts. The task is that of the C++ peer.
 """
 
 from __future__ import annotations
@@ -16,11 +16,11 @@ import numpy as np
 
 from peers.case import HARDENING_RATIO, YIELD_DRIFT, Case, Measured, least_seconds
 
-ROWS = (16, 32)  # samples
+ROWS = (16, 32)  # numbers of samples in a block
 
 
 def measure(case: Case) -> Measured:
-    """Return the time and the peak drifts of the fastest row."""
+    """Integrate a case with each size of blocks; return the shortest time and the peak drifts of the fastest."""
     numba.set_num_threads(len(os.sched_getaffinity(0)))
     return min((_measure(case, row) for row in ROWS), key=lambda measured: measured.seconds)
 
@@ -48,7 +48,8 @@ def _compiled(storeys: int, row: int, dtype: str, is_bouc_wen: bool) -> Callable
         real((1 - HARDENING_RATIO) * YIELD_DRIFT),
         real(1 / YIELD_DRIFT),
     )
-    # Rows of each variable in the array of a block: one row for the ground (zero), then one row per storey.
+    # First index of each variable in the array of a block: index 0 is the ground (zero), followed by one index per
+    # storey.
     u, v, z, trial_u, trial_v, trial_z, sum_u, sum_v, sum_z, k, c, inverse_mass, peak = (
         variable * (storeys + 1) for variable in range(13)
     )

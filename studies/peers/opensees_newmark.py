@@ -1,9 +1,11 @@
-"""OpenSeesPy in one process: zeroLength elements of a storey law's material and linear dampers, one model per sample.
+"""OpenSeesPy in one process: zeroLength elements with the material of a storey law and linear dampers.
 
-Newmark's linear acceleration method with Newton iterations and a banded solver, the fastest of those tried; drifts
-from OpenSees' own envelope recorder. Its BoucWen material integrates z by the backward Euler method, of first order:
-with the step that suffices for RK4, 5 ms, its peak drifts are up to 4 % off, and within 1 % at an eighth of it, which
-is why this peer is measured there. The time is the processor time of `analyze` in one thread, without building models.
+There is one model per sample. The analysis uses Newmark's linear acceleration method with Newton iterations and a
+banded solver, which was the fastest of the solvers tried. Drifts come from OpenSees' envelope recorder. The BoucWen
+material of OpenSees integrates z by the backward Euler method, which has order 1. With a step of 5 ms, which suffices
+for RK4, its peak drifts differ by up to 4 %; with an eighth of this step they are within 1 %. Therefore this peer is
+measured with an eighth of the step. The time is the processor time of `analyze` in one thread, without the time for
+building models.
 """
 
 from __future__ import annotations
@@ -21,13 +23,13 @@ import numpy as np
 from peers.case import YIELD_DRIFT, Case, Measured
 from peers.storey_laws import LAWS
 
-# The package finds its own libraries only where the system has some of them; loaded first, it always does.
+# On some systems, the package does not find the libraries that it contains, so they are loaded before it.
 BUNDLED = ("libquadmath.so.0", "libgfortran.so.4", "libblas.so.3", "liblapack.so.3")
-TOLERANCE, ITERATIONS = 1e-8, 20  # of the displacement increments [m]
+TOLERANCE, ITERATIONS = 1e-8, 20  # tolerance of the displacement increments [m], and largest number of iterations
 
 
 def measure(case: Case) -> Measured:
-    """Return the time of all analyses, one after the other, and the peak drifts."""
+    """Analyse all samples of a case one after the other; return the total time and the peak drifts."""
     ops = load_opensees()
     seconds, peaks = 0.0, np.full((case.samples, case.storeys), np.nan)
     with tempfile.TemporaryDirectory() as folder:
@@ -37,19 +39,19 @@ def measure(case: Case) -> Measured:
             started = time.process_time()
             failed = ops.analyze(case.steps, case.step)
             seconds += time.process_time() - started
-            ops.wipe()  # writes the envelope
+            ops.wipe()  # writes the file of the envelope recorder
             if failed:
                 raise RuntimeError(
                     f"OpenSees' analyze() returned {failed} for sample {sample} at a step of {case.step:g} s: it did "
                     "not converge; choose a shorter step for the case"
                 )
-            largest = np.loadtxt(envelope, ndmin=2)[2]  # after the least and the largest: the largest absolute
-            peaks[sample] = largest.reshape(case.storeys, -1)[:, 0]  # one for each of a storey's materials, all alike
+            largest = np.loadtxt(envelope, ndmin=2)[2]  # rows: minimum, maximum, largest magnitude
+            peaks[sample] = largest.reshape(case.storeys, -1)[:, 0]  # both materials of a storey have the same drift
     return Measured(seconds, peaks, "one run, one process")
 
 
 def load_opensees() -> ModuleType:
-    """Return the module `openseespy.opensees`, or raise an ImportError."""
+    """Import and return the module `openseespy.opensees`; raise an ImportError if it cannot be imported."""
     package = importlib.util.find_spec("openseespylinux")
     if package is not None and package.origin is not None:
         for name in BUNDLED:
@@ -58,7 +60,7 @@ def load_opensees() -> ModuleType:
                 ctypes.CDLL(str(library), mode=ctypes.RTLD_GLOBAL)
     try:
         import openseespy.opensees as ops
-    except RuntimeError as error:  # what it raises for any failure to import
+    except RuntimeError as error:  # the package raises it if the import fails for any reason
         raise ImportError(str(error)) from error
     return ops
 

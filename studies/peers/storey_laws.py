@@ -1,4 +1,4 @@
-"""Storey laws with parameters of typical buildings, for warpdyn and for OpenSees."""
+"""Storey laws with parameters of typical buildings, in the forms that warpdyn and OpenSees need."""
 
 from __future__ import annotations
 
@@ -13,12 +13,14 @@ Numbers = list[float | str]
 
 @dataclass(frozen=True)
 class StoreyLaw:
-    """One storey law.
+    """One storey law, with parameters for warpdyn and for the corresponding material of OpenSees.
 
     Args:
-        words: Short description. parameters: Function from the yield drift [m] to warpdyn's parameters, except
-        stiffness and yield force. material: OpenSees' uniaxial material. numbers: Function from stiffness [N/m], yield
-        force [N] and warpdyn's parameters to the material's, in its order.
+        words: Short description of the law.
+        parameters: Function that returns warpdyn's parameters, except stiffness and yield force, for a yield drift [m].
+        material: Name of the uniaxial material in OpenSees.
+        numbers: Function that returns the parameters of the material in its order, for stiffness [N/m], yield force [N]
+            and warpdyn's parameters.
     """
 
     words: str
@@ -28,7 +30,7 @@ class StoreyLaw:
 
 
 def _both_sides(stiffness: float, force: float, p: Parameters, corners: int) -> Numbers:
-    """Return force and drift of each corner, above and below."""
+    """Return force [N] and drift [m] of each corner of the backbone, on the positive and then the negative side."""
     side = [force, force / stiffness]
     for i in range(2, corners + 1):
         side += [p[f"force_ratio_{i}"] * force, p[f"ductility_{i}"] * force / stiffness]
@@ -36,14 +38,17 @@ def _both_sides(stiffness: float, force: float, p: Parameters, corners: int) -> 
 
 
 def _polygon(stiffness: float, force: float, p: Parameters, corners: int) -> Numbers:
-    """Return drift and force of each corner and of a point far beyond."""
+    """Return drift [m] and force [N] of each corner of the backbone, and of a point far beyond the last corner."""
     points = [(1.0, 1.0), *((p[f"ductility_{i}"], p[f"force_ratio_{i}"]) for i in range(2, corners + 1))]
     points.append((points[-1][0] + 1000, points[-1][1] + 1000 * p["hardening_ratio"]))
     return [value for d, f in points for value in (d * force / stiffness, f * force)]
 
 
 def _clough(stiffness: float, force: float, p: Parameters) -> Numbers:
-    """Return OpenSees' three points, the two last on the line of hardening, reloading to the peak, and beta."""
+    """Return the parameters of OpenSees' Hysteretic for Clough's law.
+
+    The last two of the three points are on the hardening line; reloading aims at the peak.
+    """
     side = [force, force / stiffness]
     for ductility in (2, 1000):
         side += [force * (1 + p["hardening_ratio"] * (ductility - 1)), ductility * force / stiffness]
@@ -78,7 +83,7 @@ def _saws(stiffness: float, force: float, p: Parameters) -> Numbers:
 
 
 def _bouc_wen(stiffness: float, force: float, p: Parameters) -> Numbers:
-    """OpenSees' z is a drift."""
+    """Return the parameters of OpenSees' BoucWen, in which z has the unit of a drift."""
     rate = 0.5 * stiffness / force
     return [p["hardening_ratio"], stiffness, 1.0, rate, rate, 1.0, 0.0, 0.0, 0.0]
 
@@ -151,7 +156,7 @@ _SAWS = {
 
 
 def _lasting(yield_drift: float, *modes: str) -> Parameters:
-    """Return a backbone that caps at a ductility of 5 and would last for 150 yield drifts at the yield force."""
+    """Return a backbone with capping at ductility 5, and an energy capacity of 150 yield drifts times yield force."""
     drifts = {"plastic_drift_to_capping": 4 * yield_drift, "post_capping_drift": 15 * yield_drift}
     drifts |= {f"{mode}_deterioration_drift": 150 * yield_drift for mode in ("strength", "post_capping", *modes)}
     return {"capping_force_ratio": 1.15, "residual_force_ratio": 0.2} | drifts

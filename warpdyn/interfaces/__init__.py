@@ -1,4 +1,4 @@
-"""Figures, reports, and files of other programs."""
+"""Figures and reports of runs, and readers and writers for files of other programs."""
 
 import lazy_loader
 

@@ -1,1 +1,1 @@
-"""Parts of the study accuracy_speed: scenes, points, promises and figures."""
+"""Modules of the study accuracy_speed: scenes, points, comparison with `plan`, and figures."""

@@ -1,4 +1,4 @@
-"""The chart of six methods: error of the peak drift against time per sample, for one ensemble."""
+"""Chart of the error of the peak drift against the time per sample, for six methods and one ensemble."""
 
 from __future__ import annotations
 
@@ -7,8 +7,8 @@ import xarray as xr
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
-SCENE = "bilinear"
-# Okabe and Ito's colours, distinct for any colour vision.
+SCENE = "bilinear"  # ensemble of the chart
+# Colours of Okabe and Ito, which colour-blind readers can distinguish.
 COLOURS = {
     "rk4": "#0072B2",
     "stoermer": "#D55E00",
@@ -17,15 +17,15 @@ COLOURS = {
     "newmark_average": "#CC79A7",
     "dormand_prince54": "#555555",
 }
-LABELLED_AT_START = ("velocity_verlet",)  # another curve would cross a label at the end
-TARGET = 0.001  # error at which the title compares methods
+LABELLED_AT_START = ("velocity_verlet",)  # methods whose label is at the start, because a curve crosses the end
+TARGET = 0.001  # relative error at which the title compares the methods
 
 
 def chart_of_methods(dataset: xr.Dataset) -> Figure:
-    """Draw the errors and times of six methods in float32, with a label on each curve.
+    """Return a figure of the errors and times of six methods in float32, with a label on each curve.
 
     Args:
-        dataset: Dataset written by studies/accuracy_speed.py.
+        dataset: Dataset that studies/accuracy_speed.py wrote.
     """
     rows = dataset.sel(scene=SCENE, dtype="float32", demand="peak_storey_drift", statistic="95 %")
     figure = Figure(figsize=(10.0, 6.0), layout="constrained")
@@ -58,7 +58,7 @@ def chart_of_methods(dataset: xr.Dataset) -> Figure:
 
 
 def curve(rows: xr.Dataset, method: str) -> tuple[np.ndarray, np.ndarray]:
-    """Return the times [s] and errors of a method's points, from the longest step on."""
+    """Return times per sample [s] and relative errors of the points of a method, beginning with the longest step."""
     points = rows.sel({"method": method})
     seconds, errors = points["seconds_per_sample"].values, points["error"].values
     held = np.isfinite(seconds) & np.isfinite(errors) & (errors > 0)
@@ -66,7 +66,7 @@ def curve(rows: xr.Dataset, method: str) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _title(rows: xr.Dataset) -> str:
-    """Return the message: the fastest method within the target, compared with rk4."""
+    """Return the title of the chart: the fastest method within the target error, compared with rk4."""
     within = {}
     for method in COLOURS:
         seconds, errors = curve(rows, method)

@@ -1,4 +1,4 @@
-"""Figures of the study accuracy_speed: each takes its dataset and returns a matplotlib Figure."""
+"""Figures of the study accuracy_speed: each function draws one figure of the dataset of the study."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 from parts.accuracy_speed.promises import FACTOR, agreement
 
-# One colour for each family of methods (Okabe and Ito, distinct for any colour vision), one marker for each method.
+# One colour per family of methods (Okabe and Ito, distinct for colour-blind readers), one marker per method.
 FAMILIES = {
     "exact for linear structures": ("black", {"exact": "*"}),
     "Runge-Kutta, order 4 and 5": (
@@ -41,10 +41,10 @@ SCENE_COLOURS = ("black", "#0072B2", "#D55E00", "#009E73", "#CC79A7")
 
 
 def work_precision(dataset: xr.Dataset) -> Figure:
-    """Draw the time per sample against the error of the peak drift, for every ensemble.
+    """Return a figure of the time per sample against the error of the peak drift, with one panel per ensemble.
 
     Args:
-        dataset: Dataset written by studies/accuracy_speed.py.
+        dataset: Dataset that studies/accuracy_speed.py wrote.
     """
     figure = Figure(figsize=(15, 9.5), layout="constrained")
     axes = figure.subplots(2, 3)
@@ -60,10 +60,10 @@ def work_precision(dataset: xr.Dataset) -> Figure:
 
 
 def residual_drift(dataset: xr.Dataset) -> Figure:
-    """Draw the time per sample against the error of the residual drift, and the median errors, for yielding ensembles.
+    """Return a figure of time per sample against errors of residual drifts, and against median errors of peak drifts.
 
     Args:
-        dataset: Dataset written by studies/accuracy_speed.py.
+        dataset: Dataset that studies/accuracy_speed.py wrote. Only ensembles that yield are drawn.
     """
     recorded = np.isfinite(dataset["error"].sel(demand="residual_drift_ratio")).any(
         ["method", "dtype", "step", "statistic"]
@@ -87,7 +87,7 @@ def residual_drift(dataset: xr.Dataset) -> Figure:
 
 
 def _diagram(axis: Axes, rows: xr.Dataset) -> None:
-    """Draw a curve for each method and dtype, and name the cheapest within each target."""
+    """Draw one curve per method and dtype, and name the fastest method within each target error."""
     error, seconds = rows["error"], 1e6 * rows["seconds_per_sample"]
     for method, (colour, marker) in LOOKS.items():
         for dtype, style in (("float64", {"ls": ":", "mfc": "white", "lw": 0.9}), ("float32", {"ls": "-", "lw": 1.2})):
@@ -101,7 +101,7 @@ def _diagram(axis: Axes, rows: xr.Dataset) -> None:
     axis.plot(front["x"], front["y"], color="gold", lw=7, alpha=0.5, zorder=0, solid_capstyle="round")
     axis.set(xscale="log", yscale="log", ylabel="Time a sample [µs]")
     (low, high), (least, most) = axis.get_xlim(), axis.get_ylim()
-    axis.set_ylim(least * (least / most) ** 0.6, most)  # space for the names below
+    axis.set_ylim(least * (least / most) ** 0.6, most)  # space for the names of the methods below
     for target in (each for each in rows["target"].values if low < each < high):
         held = front.isel(point=np.flatnonzero(front["x"].values <= target)[:1])
         if not held.sizes["point"]:
@@ -132,7 +132,7 @@ def _decades(axis: Axes) -> None:
 
 
 def _legend(axis: Axes) -> None:
-    """Fill a panel with the methods by family."""
+    """Fill an empty panel with a legend of the methods, grouped by family."""
     axis.axis("off")
     handles = []
     for family, (colour, methods) in FAMILIES.items():
@@ -155,10 +155,10 @@ def _legend(axis: Axes) -> None:
 
 
 def promises(dataset: xr.Dataset) -> Figure:
-    """Draw estimated against true errors, and the choices of `plan` against the best points.
+    """Return a figure of estimated against true errors, and of the choices of `plan` against the best charted points.
 
     Args:
-        dataset: Dataset written by studies/accuracy_speed.py.
+        dataset: Dataset that studies/accuracy_speed.py wrote.
     """
     figure = Figure(figsize=(13, 5.6), layout="constrained")
     left, right = figure.subplots(1, 2)
@@ -169,7 +169,7 @@ def promises(dataset: xr.Dataset) -> Figure:
         true, estimated = (rows[name].values.ravel() for name in ("error", "estimated_error"))
         label = str(rows["scene_label"].item())
         left.loglog(true, estimated, "o", color=colour, ms=4, alpha=0.7, label=label)
-        far = estimated < span[0]  # values beyond the edge are drawn on it
+        far = estimated < span[0]  # points below the lower edge are drawn on the edge
         left.plot(true[far], np.full(far.sum(), 1.2 * span[0]), "v", color=colour, ms=7)
         ratio = rows["plan_seconds_per_sample"] / rows["best_seconds_per_sample"]
         for target, marker in zip(dataset["target"].values, "osD", strict=False):

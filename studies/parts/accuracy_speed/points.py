@@ -1,4 +1,4 @@
-"""Points of work-precision diagrams: errors against a reference and times of an ensemble by method, dtype and step."""
+"""Points of work-precision diagrams: error and time of an ensemble for each method, dtype and step."""
 
 from __future__ import annotations
 
@@ -20,28 +20,28 @@ from warpdyn.campaigns.integration.stability_guard import guard, integrate_guard
 from warpdyn.engine.kernels.build import load_kernel
 from warpdyn.engine.methods.table import METHODS, fitting_methods
 
-# Steps of the charts, from each scene's first step on [s]; an adaptive method also has the tolerance below.
+# Steps of the charts [s]; each scene begins at its own first step. An adaptive method also has the tolerance below.
 STEPS = tuple(0.08 / 2**k for k in range(9))
 TOLERANCES = dict(zip(STEPS, 10.0 ** (-0.75 * np.arange(9)), strict=True))
-# Methods drawn in float64, too; the errors of other methods exceed float32 rounding at nearly all steps.
+# Methods that are also drawn in float64. The errors of other methods exceed float32 rounding at nearly all steps.
 IN_FLOAT64 = ("rk4", "central_difference", "newmark_average", "exact")
 DEMANDS = ("peak_storey_drift", "residual_drift_ratio")
-STATISTICS = {"median": 0.5, "95 %": 0.95}
-# No point is drawn if a larger share of samples exceeds the stability limit; points with shorter steps show the cost of
-# stable steps.
+STATISTICS = {"median": 0.5, "95 %": 0.95}  # name of each error statistic, and its quantile over the samples
+# A point is not drawn if more than this share of the samples exceeds the stability limit at its step. Points with
+# shorter steps show the cost of stable steps.
 MOST_SUBSTEPPED = 0.5
-# The shortest of at most this many runs counts; fewer runs are made if they take longer than this [s].
+# A time is the shortest of TIMED_RUNS runs. Fewer runs are made if they take more than TIMED_FOR seconds together.
 TIMED_RUNS, TIMED_FOR = 5, 0.5
-SHARE_CHECKED, FEWEST_CHECKED = 0.1, 30
+SHARE_CHECKED, FEWEST_CHECKED = 0.1, 30  # share and least number of samples for the estimated error
 
 
 @dataclass(frozen=True)
 class Settings:
-    """Settings that all runs of the study share.
+    """Settings that all runs of the study have in common.
 
     Args:
         samples: Least number of samples in an ensemble.
-        device: Warp device; None for the default.
+        device: Warp device, such as "cuda:0"; None: the default device.
         seed: Seed of every random draw.
     """
 
@@ -52,13 +52,14 @@ class Settings:
 
 @dataclass(frozen=True)
 class Point:
-    """One point of a diagram.
+    """One point of a work-precision diagram: errors and time of one method, dtype and step.
 
     Args:
-        errors: Relative error of each demand, by statistic, shape [demand, statistic]; NaN where it is not recorded.
-        estimated: The errors that `checked_share` estimates from some samples; NaN without an estimate.
-        seconds: Time per sample [s].
-        substepped: Share of the samples that took more steps than asked for, to be stable.
+        errors: Relative error of each demand, by statistic, shape [demand, statistic]; NaN for a demand that is not
+            recorded.
+        estimated: Errors that `checked_share` estimates from some samples, same shape; NaN without an estimate.
+        seconds: Integration time per sample [s].
+        substepped: Share of the samples that took more steps than requested, in order to be stable [1].
     """
 
     errors: np.ndarray
@@ -68,7 +69,7 @@ class Point:
 
 
 def make_run(charted: Charted, method: str, dtype: str, step: float, settings: Settings) -> tuple[Ensemble, float]:
-    """Return a stable run of an ensemble, and the share of its samples that needed shorter steps for it."""
+    """Return a stable run of an ensemble, and the share of its samples that need shorter steps to be stable."""
     run, vibration = prepare(
         charted.scene,
         structures=charted.structures(settings.samples),
@@ -81,24 +82,24 @@ def make_run(charted: Charted, method: str, dtype: str, step: float, settings: S
         known=charted.known.setdefault(settings.samples, {}),
     )
     asked = run.schedule.substeps
-    guard(run, vibration, "substep")  # the point contains the share of samples with shorter steps
+    guard(run, vibration, "substep")  # shortens the steps of unstable samples; the point contains their share
     return run, float(np.mean(run.schedule.substeps > asked))
 
 
 def every(run: Ensemble) -> np.ndarray:
-    """Return the indices of a run's samples."""
+    """Return the indices of all samples of a run, shape [sample]."""
     return np.arange(run.assignment.structure.size)
 
 
 def reference_of(charted: Charted, settings: Settings) -> dict[str, np.ndarray]:
-    """Return the reference outputs."""
+    """Return the outputs of the reference solution: exact or RK4, in float64, at the reference step."""
     method = "exact" if charted.scene.structure.law == "elastic" else "rk4"
     run, _ = make_run(charted, method, "float64", charted.reference_step, settings)
     return integrate_guarded(run, every(run))
 
 
 def statistics(errors: dict[str, np.ndarray]) -> np.ndarray:
-    """Return the errors' statistics, shape [demand, statistic]; a sample that failed counts as an infinite error."""
+    """Return statistics of the errors, shape [demand, statistic]; a failed sample counts as an infinite error."""
     table = np.full((len(DEMANDS), len(STATISTICS)), np.nan)
     for row, name in enumerate(DEMANDS):
         if name in errors:
@@ -108,17 +109,17 @@ def statistics(errors: dict[str, np.ndarray]) -> np.ndarray:
 
 
 def timed(run: Ensemble) -> float:
-    """Return the time an integration of all samples takes [s]."""
+    """Integrate all samples of a run once, and return the time that this takes [s]."""
     started = time.perf_counter()
     run.integrate(every(run))
     return time.perf_counter() - started
 
 
 def measure(run: Ensemble, substepped: float, reference: dict[str, np.ndarray], is_checked: bool, seed: int) -> Point:
-    """Return the errors and the time of a run."""
+    """Return the point of a run: its errors against the reference, its estimated errors, and its time per sample."""
     chosen = every(run)
-    # The time of this run does not count: a kernel for undivided steps may have to be compiled, and samples may have to
-    # run again with shorter steps, with which the timed runs begin.
+    # The time of this first run does not count: a kernel for undivided steps may have to be compiled, and samples may
+    # have to be run again with shorter steps. The timed runs begin with these shorter steps.
     outputs = integrate_guarded(run, chosen)
     seconds = [timed(run)]
     while len(seconds) < TIMED_RUNS and sum(seconds) < TIMED_FOR:
@@ -133,7 +134,7 @@ def measure(run: Ensemble, substepped: float, reference: dict[str, np.ndarray], 
 
 
 def charted_rows(charted: Charted) -> list[tuple[str, str]]:
-    """Return the methods and dtypes that a scene is charted with."""
+    """Return the pairs of method and dtype for which a scene is charted."""
     fitting = fitting_methods(charted.scene.structure.storey_law.forces())
     return [(name, "float32") for name in fitting] + [(name, "float64") for name in IN_FLOAT64 if name in fitting]
 
@@ -141,7 +142,7 @@ def charted_rows(charted: Charted) -> list[tuple[str, str]]:
 def chart(
     charted: Charted, reference: dict[str, np.ndarray], settings: Settings, progress: tqdm
 ) -> dict[tuple[str, str, float], Point]:
-    """Return the points of a scene by method, dtype and step."""
+    """Return the points of a scene, with (method, dtype, step) as keys."""
     points: dict[tuple[str, str, float], Point] = {}
     rows, cheapest = charted_rows(charted), np.inf
     for step in STEPS[STEPS.index(charted.first_step) :]:
@@ -153,7 +154,7 @@ def chart(
             points[method, dtype, step] = measure(run, substepped, reference, is_checked, settings.seed)
             cheapest = min(cheapest, points[method, dtype, step].seconds)
             progress.update()
-        # A curve ends where its next point, of twice the steps, would take too long.
+        # A curve ends if its next point, with twice as many steps, would exceed the allowed time.
         dear = {
             row
             for row in rows
@@ -164,16 +165,16 @@ def chart(
 
 
 def compile_kernels(scenes: Iterable[Charted], settings: Settings) -> None:
-    """Compile every kernel of the study, several at a time."""
+    """Compile every kernel of the study in advance, several at the same time."""
     small = replace(settings, samples=1)
     jobs = []
     for charted in scenes:
         rows = charted_rows(charted)
         jobs += [(charted, *row) for row in rows]
-        pilot = replace(charted, scene=replace(charted.scene, recorders=("drift",)))  # what plan() runs
+        pilot = replace(charted, scene=replace(charted.scene, recorders=("drift",)))  # runs by which plan() decides
         if pilot.scene.recorders != charted.scene.recorders:
             jobs += [(pilot, *row) for row in rows if row[0] in CANDIDATES]
-    # The longest to compile first.
+    # The kernels that take longest to compile come first.
     jobs.sort(key=lambda job: not METHODS[job[1]].is_adaptive)
 
     def load(job: tuple[Charted, str, str]) -> None:

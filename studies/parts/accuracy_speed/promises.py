@@ -1,4 +1,4 @@
-"""Comparison of the choices of `plan` and of the estimated errors with the true errors of the study."""
+"""Comparison of the choices of `plan`, and of the estimated errors, with the true errors of the study."""
 
 from __future__ import annotations
 
@@ -15,24 +15,25 @@ from warpdyn.campaigns.accuracy.pilot import plan
 from warpdyn.campaigns.integration.stability_guard import integrate_guarded
 
 TARGETS = (1e-2, 1e-3, 1e-4)
-FACTOR = 2.0  # bound of estimated over true errors
+FACTOR = 2.0  # largest accepted ratio of estimated to true errors, and of true to estimated errors
 
 
 @dataclass(frozen=True)
 class Planned:
-    """The choice of `plan` for a target, and the cheapest point that meets it; "" and NaN without such a point.
+    """The choice of `plan` for a target error, and the cheapest charted point that meets it; "" and NaN if missing.
 
     Args:
-        plan_method: Method of the choice.
-        plan_dtype: Its dtype.
-        plan_step: Its longest step [s].
-        plan_error: Its true 95 % error of the peak drift over the ensemble.
-        plan_seconds_per_sample: Its time per sample [s].
+        plan_method: Method that `plan` chose.
+        plan_dtype: Number type that `plan` chose.
+        plan_step: Longest step that `plan` chose [s].
+        plan_error: True 95 % quantile of the error of the peak drift with this choice [1].
+        plan_seconds_per_sample: Time per sample with this choice [s].
         best_method: Method of the cheapest point.
-        best_dtype: Its dtype.
-        best_step: Its longest step [s].
-        best_error: Its 95 % error.
-        best_seconds_per_sample: Its time per sample, measured alternately with that of the choice [s].
+        best_dtype: Number type of the cheapest point.
+        best_step: Longest step of the cheapest point [s].
+        best_error: 95 % quantile of the error of the peak drift at the cheapest point [1].
+        best_seconds_per_sample: Time per sample of the cheapest point, measured alternately with the choice of `plan`
+            [s].
     """
 
     plan_method: str = ""
@@ -53,7 +54,7 @@ def plan_scene(
     points: Mapping[tuple[str, str, float], Point],
     settings: Settings,
 ) -> list[Planned]:
-    """Return the choice of `plan` for each target."""
+    """Return the choice of `plan` and the best charted point of a scene, for each error in TARGETS."""
     return [_planned(charted, reference, points, target, settings) for target in TARGETS]
 
 
@@ -65,7 +66,7 @@ def _planned(
     settings: Settings,
 ) -> Planned:
     columns = {}
-    # Another seed, so that `plan` does not see the samples that its choice is tested with.
+    # Another seed: `plan` must not see the samples with which its choice is tested.
     try:
         choice = plan(charted.scene, target, seed=settings.seed + 1, device=settings.device)
     except ValueError:  # no candidate reaches the target
@@ -82,18 +83,18 @@ def _planned(
     if within:
         key = min(within, key=within.get)
         run, _ = make_run(charted, *key, settings)
-        integrate_guarded(run, every(run))  # learns the steps of samples that its law makes fail
+        integrate_guarded(run, every(run))  # finds the samples whose law needs shorter steps
         columns |= dict(zip(("best_method", "best_dtype", "best_step"), key, strict=True))
         columns["best_error"] = float(points[key].errors[0, 1])
         runs["best_seconds_per_sample"] = run
-    # Both are timed alternately, several times, so that a slow phase of the machine affects both.
+    # Both runs are timed alternately, several times, so that a slow phase of the machine affects both.
     seconds = [{name: timed(run) / every(run).size for name, run in runs.items()} for _ in range(TIMED_RUNS)]
     columns |= {name: min(row[name] for row in seconds) for name in runs}
     return Planned(**columns)
 
 
 def agreement(result: xr.Dataset) -> tuple[np.ndarray, float]:
-    """Return the estimated over the true error of every point and demand, and the share within a factor of 2."""
+    """Return the ratio of estimated to true error of every point and demand, and the share within FACTOR."""
     ratio = (result["estimated_error"] / result["error"]).values
     ratio = ratio[np.isfinite(ratio)]
     return ratio, float(np.mean((ratio >= 1 / FACTOR) & (ratio <= FACTOR)))

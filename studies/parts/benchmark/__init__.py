@@ -1,1 +1,1 @@
-"""Parts of the study benchmark: cases, peers, timings, report and figure."""
+"""Modules of the study benchmark: cases, other programs (peers), timings, report and figure."""

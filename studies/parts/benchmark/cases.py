@@ -1,4 +1,4 @@
-"""The cases of the study benchmark, as tables of dicts; and the ensemble that warpdyn and its peers integrate."""
+"""Cases of the study benchmark, as lists of dictionaries, and the ensemble that warpdyn and its peers integrate."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ from warpdyn.foundations.core.units import STANDARD_GRAVITY
 STOREYS = (1, 3, 5, 10, 20, 40, 60)
 LAWS = ("elastic", "bilinear", "bouc_wen")
 BOTH = ("float32", "float64")
-STEP = 0.005  # s, of the base motion and of its integration, unless a case has substeps
-LAW_METHODS = ("rk4", "velocity_verlet")
-KERNEL_METHODS = ("rk4", "stoermer")  # compared with hand-written code of the same method
-NO_DEVICE = "none"  # of a peer whose kind of device the run does not have
+STEP = 0.005  # step of the base motion and of its integration [s]; a case may divide it into substeps
+LAW_METHODS = ("rk4", "velocity_verlet")  # methods for the comparison of all laws
+KERNEL_METHODS = ("rk4", "stoermer")  # methods for which there is also hand-written code
+NO_DEVICE = "none"  # device of a peer that needs a kind of device that is not measured
 RECORDERS = {"drift": ("drift",), "all": None}
 
-# Extent of the measurements. `dof_steps` of a case on a CPU thread, `samples` of one on a GPU.
+# Extent of the measurements. On one CPU thread, `dof_steps` determines the number of samples; on a GPU, `samples` does.
 FULL: dict[str, Any] = {
     "storeys": STOREYS,
     "laws": LAWS,
@@ -50,7 +50,7 @@ QUICK = FULL | {
     "histories": {"cpu": (1_000,), "cuda": (1_000,)},
 }
 
-# A peer runs the samples that warpdyn runs, or the number of them in its row.
+# Other programs that are measured. A peer runs the samples of warpdyn, or the number `samples` in its row.
 PEERS: list[dict[str, Any]] = [
     {"peer": "cpp_vectors", "device": "cpu", "laws": LAWS, "dtypes": BOTH},
     {"peer": "cpp_stoermer", "device": "cpu", "laws": LAWS, "dtypes": BOTH, "method": "stoermer"},
@@ -90,9 +90,10 @@ LABELS = {
 
 
 def kernel_cases(devices: list[str], size: dict[str, Any]) -> list[dict[str, Any]]:
-    """Return warpdyn's cases: every law, number of storeys, dtype and device, in float32 with all recorders, too.
+    """Return the cases of warpdyn: every law, number of storeys, dtype and device.
 
-    All by RK4, and peak drifts by Stoermer's method, too. A CPU has one thread.
+    All cases use RK4. Peak drifts are also measured with Stoermer's method, and all recorders only in float32. A CPU
+    uses one thread.
     """
     cases = []
     for device in devices:
@@ -101,7 +102,7 @@ def kernel_cases(devices: list[str], size: dict[str, Any]) -> list[dict[str, Any
                 for law, storeys in product(size["laws"], size["storeys"]):
                     cases.append(_case(device, law, storeys, dtype, size) | {"recorders": recorders})
     cases += [case | {"method": "stoermer"} for case in cases if case["recorders"] == "drift"]
-    # At the shorter steps that a peer needs.
+    # Cases with the shorter steps that a peer needs for the same accuracy.
     for row in (row for row in PEERS if "substeps" in row and row["device"] in devices):
         for case in _peer_cases(row, row["device"], size):
             cases.append(case | {"peer": "warpdyn", "run_samples": case["samples"]})
@@ -109,19 +110,20 @@ def kernel_cases(devices: list[str], size: dict[str, Any]) -> list[dict[str, Any
 
 
 def peer_cases(devices: list[str], size: dict[str, Any]) -> list[dict[str, Any]]:
-    """Return the cases of all peers; of several GPUs they have the first."""
+    """Return the cases of all peers; if there are several GPUs, a peer uses the first."""
     kinds = {device.split(":")[0]: device for device in reversed(devices)}
     return [
-        {"part": "kernels"} | case | {"method": row.get("method", "")}  # "": another method, compared with RK4
+        {"part": "kernels"} | case | {"method": row.get("method", "")}  # "": its own method, compared with RK4
         for row in PEERS
         for case in _peer_cases(row, kinds.get(row["device"], NO_DEVICE), size)
     ]
 
 
 def law_cases(device: str, size: dict[str, Any]) -> list[dict[str, Any]]:
-    """Return the cases of every law in five storeys by warpdyn, and on a CPU by OpenSeesPy at the same step.
+    """Return the cases of every law in five storeys: warpdyn, and on a CPU also OpenSeesPy at the same step.
 
-    By RK4, and by the method of OpenSees' order that evaluates a law once per step.
+    warpdyn runs RK4 and velocity_verlet. The latter has the same order as the method of OpenSees and evaluates a law
+    once per step.
     """
     cases = []
     for law in size["every_law"]:
@@ -135,7 +137,7 @@ def law_cases(device: str, size: dict[str, Any]) -> list[dict[str, Any]]:
 
 
 def scaling_case(device: str, samples: int, size: dict[str, Any]) -> dict[str, Any]:
-    """Return the case for the measurement of scaling, with this number of samples."""
+    """Return a case with the given number of samples, for the measurement of scaling."""
     case = _case(device, "bouc_wen", 5 if 5 in size["storeys"] else size["storeys"][0], "float32", size)
     return case | {"peer": "warpdyn", "recorders": "drift", "samples": samples, "run_samples": samples}
 
@@ -176,12 +178,12 @@ def _case(device: str, law: str, storeys: int, dtype: str, size: dict[str, Any])
 
 @dataclass(frozen=True, eq=False)
 class Ensemble:
-    """Structures that differ, each under one base motion at many levels; samples by structure, then level.
+    """Different structures, each under one base motion at many levels; samples are sorted by structure, then by level.
 
     Args:
-        motion: The base motion.
+        motion: The base motion of all samples.
         levels: Peak ground acceleration of each level [g], shape [level].
-        stiffness, damping_coefficient, mass: Parameters [N/m, N s/m, kg], shape [structure, storey].
+        stiffness, damping_coefficient, mass: Parameters [N/m, N s/m, kg], each of shape [structure, storey].
     """
 
     motion: wd.GroundMotion
@@ -192,26 +194,26 @@ class Ensemble:
 
     @property
     def structure(self) -> np.ndarray:
-        """Which structure each sample has."""
+        """Index of the structure of each sample, shape [sample]."""
         return np.repeat(np.arange(len(self.mass)), self.levels.size)
 
     @property
     def scale(self) -> np.ndarray:
-        """Factor on the motion of each sample."""
+        """Factor by which the base motion of each sample is multiplied [1], shape [sample]."""
         factors = self.levels * STANDARD_GRAVITY / self.motion.peak_ground_acceleration
         return np.tile(factors, len(self.mass))
 
 
 def draw_ensemble(storeys: int, samples: int, steps: int) -> Ensemble:
-    """Return an ensemble with at least this number of samples; the same arguments give the same ensemble."""
+    """Return an ensemble of at least `samples` samples; the same arguments always give the same ensemble."""
     generator = np.random.default_rng([storeys, samples, steps])
-    # 256 different structures and their levels are enough, and tall structures take long to draw.
+    # At most 256 different structures are drawn, because drawing tall structures takes long; their levels differ, too.
     structures = min(256 if storeys <= 20 else 64, samples)
 
     def scattered(middle: float, spread: float) -> np.ndarray:
         return middle * np.exp(spread * generator.uniform(-1, 1, (structures, storeys)))
 
-    # White noise through the ground of Kanai and Tajimi, 15 rad/s and 60 % of critical.
+    # White noise is filtered by the ground of Kanai and Tajimi, with 15 rad/s and 60 % of critical damping.
     ground = ([2 * 0.6 * 15, 15.0**2], [1.0, 2 * 0.6 * 15, 15.0**2])
     numerator, denominator, _ = cont2discrete(ground, STEP)
     noise = lfilter(numerator.ravel(), denominator, generator.normal(size=steps + 1))
@@ -226,7 +228,7 @@ def draw_ensemble(storeys: int, samples: int, steps: int) -> Ensemble:
 
 
 def build_scene(ensemble: Ensemble, law: str, recorders: str, chosen: np.ndarray | None = None) -> wd.Scene:
-    """Return warpdyn's scene of an ensemble, or of some of its samples, each as a separate structure."""
+    """Return the scene for warpdyn of an ensemble, or of chosen samples of it, each as a separate structure."""
     structures = slice(None) if chosen is None else ensemble.structure[chosen]
     names = ("stiffness", "damping_coefficient", "mass")
     values = {name: getattr(ensemble, name)[structures] for name in names}
@@ -245,7 +247,7 @@ def build_scene(ensemble: Ensemble, law: str, recorders: str, chosen: np.ndarray
 
 
 def build_peer_case(ensemble: Ensemble, case: dict[str, Any], chosen: np.ndarray) -> Case:
-    """Return some samples of an ensemble as the peers take them."""
+    """Return chosen samples of an ensemble as a `Case`, the input of the peers."""
     motion = ensemble.motion.acceleration
     place = np.arange((motion.size - 1) * case["substeps"] + 1) / case["substeps"]
     return Case(
@@ -264,5 +266,5 @@ def build_peer_case(ensemble: Ensemble, case: dict[str, Any], chosen: np.ndarray
 
 
 def spread_out(samples: int, count: int) -> np.ndarray:
-    """Return this number of indices of samples, from the first to the last."""
+    """Return `count` indices of samples at equal distances, which include the first and the last sample."""
     return np.unique(np.linspace(0, samples - 1, min(count, samples)).round().astype(int))

@@ -1,4 +1,4 @@
-"""Time of the main job of studies/p695_fragility.py, from its scene to a file, by parts."""
+"""Time of the main job of studies/p695_fragility.py, from its scene to a file, split into its parts."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ import warpdyn as wd
 from parts.benchmark.kernels import seconds_in_kernels
 from warpdyn.foundations.files import netcdf
 
-TIMED_RUNS = 2  # after a warm-up; the fastest counts, with all its parts
+TIMED_RUNS = 2  # number of timed runs after a warm-up; the times are those of the faster run
 PARTS = {
     "sampling": "drawing the structures and laying out their steps",
     "kernels": "in kernels",
@@ -25,7 +25,12 @@ PARTS = {
 
 
 def measure_job(device: str | list[str], histories: int) -> dict[str, Any]:
-    """Return the seconds of each part of the main job and its two ratios, for at least this number of histories."""
+    """Measure the main job with at least this number of histories.
+
+    Returns:
+        The time of each part and of `simulate` [s], and the ratios of the times to the dataset and to the file to the
+        time in kernels.
+    """
     scene = build_scene()
     of_a_structure = len(scene.excitation.motions) * len(scene.excitation.levels)
     structures = -(-histories // of_a_structure)
@@ -46,7 +51,7 @@ def _run(scene: wd.Scene, structures: int, device: str | list[str], path: Path) 
     kernels = seconds_in_kernels(run)
     sampling, integrating = (run.attrs[f"seconds_{part}"] for part in ("sampling", "integrating"))
     whole, writing = simulated - started, written - fitted
-    # Sampling and packing may overlap with kernels: the sum of the parts may then exceed the whole.
+    # Sampling and packing may overlap with kernels, so the sum of the parts may exceed the total time.
     parts = {
         "sampling": sampling,
         "kernels": kernels,

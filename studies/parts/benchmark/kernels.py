@@ -1,4 +1,4 @@
-"""warpdyn's part of the study benchmark: its kernels are compiled and timed, and drifts of a few samples compared."""
+"""Measurement of warpdyn in the study benchmark: kernels are compiled and timed, and some peak drifts compared."""
 
 from __future__ import annotations
 
@@ -20,27 +20,27 @@ from warpdyn.campaigns.integration.run import build_run
 from warpdyn.campaigns.integration.settings import Execution, Integration
 from warpdyn.engine.kernels.build import load_kernel
 
-# The shortest of several runs after a warm-up counts: at least two runs, until these times in kernels or in total [s]
-# are reached. The clock of a GPU needs about 0.2 s of work to speed up.
+# After a warm-up there are at least LEAST_RUNS runs, until the time in kernels or the total time reaches these limits
+# [s]. The shortest run counts. The clock of a GPU needs about 0.2 s of work to speed up.
 LEAST_RUNS, IN_KERNELS_FOR, TIMED_FOR = 2, 0.25, 1.0
-COMMON_SAMPLES = 64  # whose drifts are compared
-LARGEST_DIFFERENCE = 0.01  # relative, of peak drifts; with a larger difference a peer is wrong
+COMMON_SAMPLES = 64  # number of samples whose drifts are compared between warpdyn and a peer
+LARGEST_DIFFERENCE = 0.01  # relative difference of peak drifts above which a peer counts as wrong
 
 
 def seconds_in_kernels(run: xr.Dataset) -> float:
-    """Return the time in kernels of a run [s]; the integration time, where the run has no time in kernels."""
+    """Return the time of a run in kernels [s]; if the run does not contain it, the integration time."""
     return run.attrs.get("seconds_in_kernels", run.attrs["seconds_integrating"])
 
 
 def run_quietly(scene: wd.Scene, **terms: Any) -> xr.Dataset:
-    """Return simulate's dataset, without the warning that a short tail gives no residual drift."""
+    """Return the result of `simulate`, without the warning that residual drifts need a longer tail."""
     with warnings.catch_warnings():
         warnings.filterwarnings("ignore", "a tail of")
         return wd.simulate(scene, **terms)
 
 
 def kernel_seconds(case: dict[str, Any], device: str | list[str] | None = None) -> tuple[float, float, xr.Dataset]:
-    """Return the time in kernels and of the whole of simulate [s], the least of several runs, and its dataset."""
+    """Return the shortest time in kernels and of `simulate` [s] of several runs of a case, and the last dataset."""
     ensemble = draw_ensemble(case["storeys"], case["samples"], case["steps"])
     scene = build_scene(ensemble, case["law"], case["recorders"])
     terms = {
@@ -52,7 +52,7 @@ def kernel_seconds(case: dict[str, Any], device: str | list[str] | None = None) 
         "threads": case["threads"] or None,
     }
     run = run_quietly(scene, **terms)
-    # The peers' samples are laid out by the same rule.
+    # The samples of the peers are in the same order.
     if not np.array_equal(run["structure"], ensemble.structure):
         raise RuntimeError(
             "the samples of Stripes are not ordered by structure, then level, as those of draw_ensemble() are: adapt "
@@ -71,12 +71,12 @@ def kernel_seconds(case: dict[str, Any], device: str | list[str] | None = None) 
 def reference_drifts(
     law: str, storeys: int, samples: int, steps: int, substeps: int, of: int, method: str
 ) -> np.ndarray:
-    """Return the peak drifts [m] of the common samples in float64 on the CPU, shape [sample, storey].
+    """Return the reference peak drifts [m] of the common samples, in float64 on the CPU, shape [sample, storey].
 
     Args:
-        law, storeys, samples, steps, substeps: The case's.
-        of: Number of samples that run; some of them are the common samples.
-        method: Integration method.
+        law, storeys, samples, steps, substeps: Values of the case that is compared.
+        of: Number of samples that the compared program runs; the common samples are some of them.
+        method: Integration method of the reference.
     """
     ensemble = draw_ensemble(storeys, samples, steps)
     chosen = common_samples(samples, of)
@@ -87,18 +87,21 @@ def reference_drifts(
 
 
 def common_samples(samples: int, of: int) -> np.ndarray:
-    """Return the samples that are compared, if this number of samples runs."""
+    """Return the indices of the samples that are compared, if `of` of the `samples` samples are run."""
     chosen = spread_out(samples, of)
     return chosen[spread_out(chosen.size, COMMON_SAMPLES)]
 
 
 def reference_method(case: dict[str, Any]) -> str:
-    """Return the method of the drifts that a case is compared with: RK4, or the case's if both sides have it."""
+    """Return the method of the reference for a case: its own method if warpdyn's kernels have it, otherwise RK4."""
     return case["method"] if case["method"] in KERNEL_METHODS else "rk4"
 
 
 def difference(case: dict[str, Any], drifts: np.ndarray) -> float:
-    """Return the largest difference of the common samples' drifts from the reference, over each sample's largest."""
+    """Return the largest relative difference of the peak drifts of the common samples from the reference.
+
+    The difference of a sample is divided by its largest drift.
+    """
     names = ("law", "storeys", "samples", "steps", "substeps")
     of, method = case["run_samples"], reference_method(case)
     reference = reference_drifts(*(case[name] for name in names), of=of, method=method)
@@ -106,7 +109,7 @@ def difference(case: dict[str, Any], drifts: np.ndarray) -> float:
 
 
 def measured(case: dict[str, Any], seconds: float, drifts: np.ndarray, note: str = "") -> dict[str, Any]:
-    """Return a case as a row of the dataset."""
+    """Return a measured case as a row of the dataset, with speed, difference of the drifts, and status."""
     steps, off = case["steps"] * case["substeps"], difference(case, drifts)
     return case | {
         "seconds": seconds,
@@ -118,7 +121,7 @@ def measured(case: dict[str, Any], seconds: float, drifts: np.ndarray, note: str
 
 
 def compile_kernels(cases: Sequence[dict[str, Any]]) -> None:
-    """Compile the kernels of cases, several at a time, and those of the reference."""
+    """Compile the kernels of all cases and of the reference in advance, several at the same time."""
     jobs = {(c["law"], c["storeys"], c["dtype"], c["device"], c["recorders"], c["method"]) for c in cases}
     jobs |= {(c["law"], c["storeys"], "float64", "cpu", "drift", reference_method(c)) for c in cases}
 
@@ -131,14 +134,14 @@ def compile_kernels(cases: Sequence[dict[str, Any]]) -> None:
             run = build_run(scene, 2, integration, Execution(device=device))
         load_kernel(run.model.plan, device)
 
-    # The tallest first, which may take longest.
+    # Kernels of the tallest buildings come first, because they may take longest.
     ordered = sorted(jobs, key=lambda job: (-job[1], job))
     with ThreadPoolExecutor(len(os.sched_getaffinity(0))) as pool:
         list(tqdm(pool.map(load, ordered), total=len(ordered), desc="compiling", unit="kernel", disable=None))
 
 
 def measure_kernels(cases: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
-    """Return warpdyn's rows."""
+    """Measure the cases of warpdyn, and return one row per case."""
     rows = []
     for case in tqdm(cases, desc="warpdyn", unit="case", disable=None):
         seconds, whole, run = kernel_seconds(case)

@@ -1,4 +1,4 @@
-"""The machine that the study benchmark runs on, in words."""
+"""Description of the machine on which the study benchmark runs, as text."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ COMPILERS = {"g++": r"(\d+\.\d+\.\d+)", "nvcc": r"release (\S+),"}
 
 
 def available_devices() -> list[str]:
-    """Return the CPU and all GPUs."""
+    """Return the names of the CPU and of all GPUs of this machine."""
     return ["cpu", *(f"cuda:{number}" for number in range(wp.get_cuda_device_count()))]
 
 
 def processor() -> str:
-    """Return the maker's name of the processor and how many cores this process may use."""
+    """Return the name of the processor, and the number of cores that this process may use, as text."""
     name = platform.processor() or platform.machine()
     information = Path("/proc/cpuinfo")
     if information.exists():
@@ -33,13 +33,13 @@ def processor() -> str:
 
 
 def gpus(devices: Sequence[str]) -> str:
-    """Return the names of the GPUs among some devices."""
+    """Return the models of the GPUs among the devices as text; "none" without a GPU."""
     names = [wp.get_device(device).name for device in devices if device != "cpu"]
     return ", ".join(names) or "none"
 
 
 def versions() -> str:
-    """Return the versions of Python, of the packages that are installed, and of the compilers that are found."""
+    """Return the versions of Python, of the installed packages, and of the compilers, as text."""
     found = [f"Python {platform.python_version()}"]
     for package in PACKAGES:
         try:

@@ -1,4 +1,4 @@
-"""The peers' part of the study benchmark: each runs in a separate process, so a failure does not stop the study."""
+"""Measurement of the peers in the study benchmark; each runs in a separate process, so a failure stops only it."""
 
 from __future__ import annotations
 
@@ -18,17 +18,17 @@ from tqdm import tqdm
 from parts.benchmark.cases import LABELS, NO_DEVICE, build_peer_case, draw_ensemble, spread_out
 from parts.benchmark.kernels import COMMON_SAMPLES, measured
 
-STUDIES = Path(__file__).parents[2]  # folder of the package `peers`
-Found = dict[str, Any]  # results of a peer for a case: status, note, seconds, peaks
+STUDIES = Path(__file__).parents[2]  # folder that contains the package `peers`
+Found = dict[str, Any]  # result of a peer for a case, with the keys status, note, seconds and peaks
 BLANK = {"seconds": np.nan, "dof_steps_per_second": np.nan, "peak_drift_difference": np.nan}
 
 
 def measure_peers(cases: Sequence[dict[str, Any]], seconds: float) -> list[dict[str, Any]]:
-    """Return a row for every case, measured or not.
+    """Measure the peers, and return one row per case; a case that cannot be measured has a note with the reason.
 
     Args:
-        cases: The cases. Peers of a CPU, on one core each, run in parallel to peers of a GPU.
-        seconds: Time after which a peer's process is stopped [s].
+        cases: The cases. Peers on the CPU use one core each and run at the same time as peers on a GPU.
+        seconds: Time after which the process of a peer is stopped [s].
     """
     groups: dict[tuple[str, str], list[dict[str, Any]]] = {}
     for case in cases:
@@ -46,12 +46,12 @@ def measure_peers(cases: Sequence[dict[str, Any]], seconds: float) -> list[dict[
 
         with ThreadPoolExecutor(len(by_device)) as pool:
             list(pool.map(take_turns, by_device.values()))
-    # The reference drifts are integrated on all cores, and so not while a peer is timed.
+    # Reference drifts are integrated on all cores, so this is done after all peers have been timed.
     return [_row(*pair) for group, own in groups.items() for pair in zip(own, found[group], strict=True)]
 
 
 def _measure_peer(peer: str, device: str, cases: list[dict[str, Any]], seconds: float) -> list[Found]:
-    """Return the results that one peer's process wrote for each case."""
+    """Run the process of one peer, and return the results that it wrote, one per case."""
     if device == NO_DEVICE:
         return [{"status": "missing", "note": "it needs a device that this run does not have"}] * len(cases)
     with tempfile.TemporaryDirectory(prefix="benchmark") as name:
@@ -69,37 +69,37 @@ def _read(path: Path, ended: str) -> Found:
         return {"status": "failed", "note": ended or "it left no result"}
     with np.load(path) as file:
         found = {name: values if values.ndim else values.item() for name, values in file.items()}
-    # All but the common samples' drifts can go.
+    # Only the drifts of the common samples are kept.
     found["peaks"] = found["peaks"][spread_out(len(found["peaks"]), COMMON_SAMPLES)] if len(found["peaks"]) else None
     return found
 
 
 def _row(case: dict[str, Any], found: Found) -> dict[str, Any]:
-    """Return a case as a row of the dataset."""
+    """Return a case with the result of a peer as a row of the dataset."""
     if found["status"] != "measured":
         return case | BLANK | {"status": found["status"], "note": found["note"]}
     return measured(case, found["seconds"], found["peaks"], found["note"])
 
 
 def _run(peer: str, device: str, threads: int, folder: Path, seconds: float) -> str:
-    """Run a peer's process and return how it ended, in words; nothing if it ended well."""
+    """Run the process of a peer, and return a text on how it failed; "" if it succeeded."""
     environment = os.environ | {
         "PYTHONPATH": os.pathsep.join(filter(None, [str(STUDIES), os.environ.get("PYTHONPATH")])),
-        "XLA_PYTHON_CLIENT_PREALLOCATE": "false",  # or JAX takes most of the GPU's memory at once
+        "XLA_PYTHON_CLIENT_PREALLOCATE": "false",  # otherwise JAX reserves most of the GPU's memory
     }
     if device == "cpu":
         environment["JAX_PLATFORMS"] = "cpu"
     module = f"peers.{peer}" if peer in LABELS else peer
     command = [sys.executable, "-m", "peers", module, str(threads), str(folder)]
     log = folder / "log"
-    with log.open("wb") as output:  # a file, not a pipe, which what it started itself could hold open
+    with log.open("wb") as output:  # not a pipe, because subprocesses of the peer could keep it open
         process = subprocess.Popen(
             command, env=environment, stdout=output, stderr=output, cwd=folder, start_new_session=True
         )
         try:
             code = process.wait(timeout=seconds)
         except subprocess.TimeoutExpired:
-            os.killpg(process.pid, signal.SIGKILL)  # with the compilers and workers it may have started
+            os.killpg(process.pid, signal.SIGKILL)  # also stops compilers and workers that it started
             process.wait()
             return f"stopped after {seconds:g} s"
     if code == 0:

@@ -1,4 +1,4 @@
-"""The tables that the study benchmark prints, and the rows for them and for its figure."""
+"""Tables that the study benchmark prints, and the selection of rows for them and for the figure."""
 
 from __future__ import annotations
 
@@ -9,19 +9,19 @@ import xarray as xr
 from parts.benchmark.cases import LABELS, LAW_METHODS
 
 BY_HAND = ("cpp_vectors", "cuda_registers", "cpp_stoermer", "cuda_stoermer")
-# Equal values in two rows of kernels that are compared.
+# Columns that must be equal in a row of warpdyn and the row of the peer with which it is compared.
 SAME = ["device", "law", "dtype", "storeys", "substeps", "compared_method"]
 
 
 def measurements(result: xr.Dataset, part: str) -> pd.DataFrame:
-    """Return the rows of one part of the benchmark as a table."""
+    """Return the rows of one part of the benchmark, such as "kernels", as a table."""
     names = [name for name, variable in result.variables.items() if variable.dims == ("measurement",)]
     table = result[names].to_dataframe()
     return table[table["part"] == part]
 
 
 def beside_peers(result: xr.Dataset) -> pd.DataFrame:
-    """Return the peers' rows, each with warpdyn's speed in the same case over the peer's."""
+    """Return the rows of the peers, with the speed of warpdyn in the same case divided by the speed of the peer."""
     table = measurements(result, "kernels")
     table = table.assign(compared_method=table["method"].replace("", "rk4"))
     merged = table[table["peer"] != "warpdyn"]
@@ -34,7 +34,7 @@ def beside_peers(result: xr.Dataset) -> pd.DataFrame:
 
 
 def print_report(result: xr.Dataset) -> None:
-    """Print every part of the benchmark as a table."""
+    """Print the results of all parts of the benchmark as tables."""
     print_kernels(result)
     _print_laws(measurements(result, "laws"))
     _print_scaling(result)
@@ -48,7 +48,7 @@ def print_report(result: xr.Dataset) -> None:
 
 
 def print_kernels(result: xr.Dataset) -> None:
-    """Print the speeds of kernels and of the peers that are compared with them."""
+    """Print the speeds of the kernels of warpdyn, and of the peers that are compared with them."""
     print(f"\n{result.attrs['processor']}; GPU: {result.attrs['gpu']}\n{result.attrs['source']}")
     _print_kernels(measurements(result, "kernels"))
     beside = beside_peers(result)
@@ -91,7 +91,7 @@ def _print_peers(table: pd.DataFrame) -> None:
 
 
 def _print_shares(table: pd.DataFrame) -> None:
-    """Print warpdyn's speed over that of the code by hand for the same device."""
+    """Print the speed of warpdyn divided by the speed of hand-written code for the same device."""
     by_hand = table[table["peer"].isin(BY_HAND) & table["ratio"].notna()]
     storeys = sorted(by_hand["storeys"].unique())
     print("\nshare of the speed of code by hand that records the same, by storeys")

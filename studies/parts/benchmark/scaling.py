@@ -1,4 +1,4 @@
-"""Speed of warpdyn over samples, CPU threads and GPUs, and the time of its first start, for the study benchmark."""
+"""Measurements of scaling with samples, CPU threads and GPUs, and of start times, for the study benchmark."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ from tqdm import tqdm
 from parts.benchmark.cases import scaling_case
 from parts.benchmark.kernels import common_samples, kernel_seconds, measured
 
-LONGEST = 6.0  # s in kernels, beyond which no larger ensemble is run
-STARTS = ("empty cache", "later")  # and in a new process with the kernels that the first compiled
-STUDIES = Path(__file__).parents[2]
+LONGEST = 6.0  # expected time in kernels above which no larger ensemble is run [s]
+STARTS = ("empty cache", "later")  # first process, which compiles the kernels, and a second process, which loads them
+STUDIES = Path(__file__).parents[2]  # folder of the studies
 
 
 def scale_samples(devices: list[str], size: dict[str, Any]) -> list[dict[str, Any]]:
-    """Return rows over the number of samples: five storeys, Bouc-Wen, float32, all threads of a CPU."""
+    """Return one row per number of samples: five storeys, Bouc-Wen, float32, all threads of the CPU or one GPU."""
     rows = []
     for device in devices:
         expected = 0.0
@@ -36,7 +36,7 @@ def scale_samples(devices: list[str], size: dict[str, Any]) -> list[dict[str, An
 
 
 def scale_threads(size: dict[str, Any]) -> list[dict[str, Any]]:
-    """Return rows over the threads of the CPU: powers of two and all of them."""
+    """Return one row per number of CPU threads: powers of two, and all threads."""
     cores = _threads("cpu")
     counts = sorted({*(2**k for k in range(cores.bit_length())), cores})
     case = scaling_case("cpu", size["thread_samples"], size) | {"part": "threads"}
@@ -44,14 +44,14 @@ def scale_threads(size: dict[str, Any]) -> list[dict[str, Any]]:
 
 
 def scale_gpus(devices: list[str], size: dict[str, Any]) -> list[dict[str, Any]]:
-    """Return rows over the number of GPUs; numbers that cannot be run are marked as missing."""
+    """Return one row per number of GPUs; a number that cannot be run has the status "missing"."""
     gpus = [device for device in devices if device != "cpu"]
     rows = []
     for count in range(1, len(gpus) + 1):
         case = scaling_case(gpus[0], size["scaling_samples"][-1], size) | {"part": "gpus", "gpus": count, "threads": 0}
         try:
             rows.append(_row(case, gpus[:count]) if count > 1 else _row(case))
-        except Exception as error:  # a version that takes one device alone
+        except Exception as error:  # such as a version of warpdyn that accepts only one device
             rows.append(case | {"status": "missing", "note": f"{type(error).__name__}: {error}"})
     return rows
 
@@ -67,7 +67,10 @@ def _row(case: dict[str, Any], device: list[str] | None = None) -> dict[str, Any
 
 
 def measure_starts(devices: list[str]) -> list[dict[str, Any]]:
-    """Return the time of the main job's start on each kind of device, with an empty and with a full kernel cache."""
+    """Return start times of processes of the main job [s], on each kind of device.
+
+    The first process starts with an empty kernel cache, the second with the kernels that the first compiled.
+    """
     rows = []
     for device in {device.split(":")[0]: device for device in reversed(devices)}.values():
         with tempfile.TemporaryDirectory(prefix="kernels") as cache:

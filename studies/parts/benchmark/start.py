@@ -1,6 +1,6 @@
-"""Time of a process of the main job before its kernels run: python -m parts.benchmark.start DEVICE, in studies.
+"""Times of a new process of the main job; run by python -m parts.benchmark.start DEVICE in the folder studies.
 
-Imports warpdyn, runs one structure of the main job twice, and prints the seconds of each as JSON.
+The program imports warpdyn, runs one structure of the main job twice, and prints the time of each [s] as JSON.
 """
 
 import json
@@ -9,7 +9,7 @@ import time
 
 begun = time.perf_counter()
 
-from p695_fragility import build_scene  # noqa: E402 (what is imported is timed)
+from p695_fragility import build_scene  # noqa: E402 (the import is timed)
 
 import warpdyn as wd  # noqa: E402
 

@@ -1,1 +1,1 @@
-"""Parts of the study decision: errors of fragility medians, their cost, and the figure."""
+"""Modules of the study decision: errors of fragility medians, their computing time, and the figure."""

@@ -1,4 +1,4 @@
-"""Errors of fragility medians from the integration and from the sampling of structures, and what they cost."""
+"""Errors of fragility medians, caused by the integration and by the sampling of structures, with computing times."""
 
 from __future__ import annotations
 
@@ -16,24 +16,24 @@ from warpdyn.answers.fragility.estimators.table import estimator_of
 from warpdyn.answers.fragility.stripe_counts import count_stripes
 from warpdyn.campaigns.reductions.limits import DamageLimits
 
-# The crossed design runs the same structures under every record, the nested one gives each record its own.
+# A crossed design runs the same structures under every record. A nested design draws separate structures per record.
 DESIGNS = ("crossed, Monte Carlo", "crossed, Sobol", "nested, Sobol")
 
 
 @dataclass(frozen=True)
 class Choices:
-    """Choices in the chart.
+    """Values of the settings that the chart compares.
 
     Args:
         methods: Integration methods.
         steps: Longest integration steps [s].
         dtypes: Number types.
-        structures: Numbers of structures of the crossed designs.
-        structures_per_motion: Numbers of structures of each record of the nested design.
-        replications: Number of seeds for the error of sampling.
-        structures_of_truth: Structures of the reference.
-        step_of_truth: Its longest step [s].
-        structures_of_steps: Structures for the errors of the integration.
+        structures: Numbers of structures in the crossed designs.
+        structures_per_motion: Numbers of structures per record in the nested design.
+        replications: Number of seeds with which the sampling error is estimated.
+        structures_of_truth: Number of structures of the reference.
+        step_of_truth: Longest step of the reference [s].
+        structures_of_steps: Number of structures with which integration errors are measured.
     """
 
     methods: Sequence[str] = ("rk4", "stoermer", "newmark_average")
@@ -49,13 +49,13 @@ class Choices:
 
 @dataclass(frozen=True)
 class Plan:
-    """A design of samples with its size: structures, or structures of each record where they are nested."""
+    """Design of the samples with its size: number of structures, or of structures per record in a nested design."""
 
     design: str
     size: int
 
     def scene(self, base: wd.Scene) -> wd.Scene:
-        """Return the scene that is run."""
+        """Return the scene with this design, from a scene with any design."""
         sampling = "monte_carlo" if "Monte" in self.design else "sobol"
         excitation = base.excitation
         if "nested" in self.design:
@@ -63,36 +63,36 @@ class Plan:
         return replace(base, excitation=excitation, sampling=sampling, recorders=("drift",))
 
     def run(self, base: wd.Scene, **terms: object) -> xr.Dataset:
-        """Run it."""
+        """Run the scene with this design, and return the result of `simulate`."""
         structures = {} if "nested" in self.design else {"structures": self.size}
         return wd.simulate(self.scene(base), **structures, keep_inputs=False, **terms)
 
     def histories(self, base: wd.Scene) -> int:
-        """Return how many histories it has."""
+        """Return the number of response histories of this design."""
         pairs = self.size * len(base.excitation.motions)
         return pairs * len(base.excitation.levels)
 
 
 def log_medians(run: xr.Dataset) -> np.ndarray:
-    """Return the logarithm of the median of every damage state of a run, shape [damage_state]."""
+    """Return ln(median capacity in g) of every damage state of a run, shape [damage_state]."""
     counts = count_stripes(run, DamageLimits.of(DRIFT_LIMITS))
     median, _, _ = estimator_of("lognormal").fit(counts.levels, counts.total[-1], counts.trials)
     return np.log(median)
 
 
 def size_of(errors: np.ndarray) -> float:
-    """Return the root mean square of errors of logarithms; infinite where a median has no fit."""
+    """Return the root mean square of errors of ln(median); infinite if a median could not be fitted."""
     return float(np.sqrt(np.mean(np.where(np.isfinite(errors), errors, np.inf) ** 2)))
 
 
 def plans_of(choices: Choices) -> list[Plan]:
-    """Return all designs with all sizes."""
+    """Return a `Plan` for each design and each of its sizes."""
     sizes = {design: choices.structures_per_motion if "nested" in design else choices.structures for design in DESIGNS}
     return [Plan(design, size) for design in DESIGNS for size in sizes[design]]
 
 
 def timed(run: Callable[[], xr.Dataset]) -> tuple[xr.Dataset, float]:
-    """Run twice, and return the run of the lesser wall time, with that time [s]: kernels are compiled by the second."""
+    """Run twice, because the first run may compile kernels; return the faster run and its wall time [s]."""
     runs = []
     for _ in range(2):
         began = time.perf_counter()
@@ -102,7 +102,7 @@ def timed(run: Callable[[], xr.Dataset]) -> tuple[xr.Dataset, float]:
 
 
 def truth_of(base: wd.Scene, choices: Choices, device: str | None, seed: int) -> np.ndarray:
-    """Return the logarithms of the medians by many structures, in float64 at a converged step."""
+    """Return the reference of ln(median), from many structures in float64 at a converged step, shape [damage_state]."""
     plan = Plan("crossed, Sobol", choices.structures_of_truth)
     return log_medians(
         plan.run(base, seed=seed + 1000, device=device, dtype="float64", longest_step=choices.step_of_truth)
@@ -110,13 +110,13 @@ def truth_of(base: wd.Scene, choices: Choices, device: str | None, seed: int) ->
 
 
 def errors_of(choices: Choices, device: str | None, seed: int, truth: np.ndarray | None = None) -> xr.Dataset:
-    """Return the errors of every design and integration, and the seconds they take.
+    """Return a dataset of the errors and computing times [s] of every design, method, dtype and step.
 
     Args:
-        choices: The choices in the chart.
-        device: Device.
-        seed: Seed of the draws.
-        truth: Logarithms of the true medians from another device; None: compute them.
+        choices: Values of the settings that are compared.
+        device: Warp device, such as "cpu"; None: the default device.
+        seed: Seed of the random draws.
+        truth: ln(median) of the reference, from a run on another device; None: the reference is computed.
     """
     base, plans = build_scene(), plans_of(choices)
     truth = truth_of(base, choices, device, seed) if truth is None else truth
@@ -172,14 +172,14 @@ def errors_of(choices: Choices, device: str | None, seed: int, truth: np.ndarray
 def precision_point(
     base: wd.Scene, precision: float, truth: np.ndarray, device: str | None, seeds: Sequence[int]
 ) -> dict[str, float]:
-    """Return the error and the wall time of `fragility_to` by its own choices, kernels compiled.
+    """Return error and shortest wall time [s] of `fragility_to`, which chooses its samples, with compiled kernels.
 
     Args:
         base: The scene.
-        precision: Target for half of the relative width of the intervals.
-        truth: Logarithms of the true medians.
-        device: Device.
-        seeds: Seeds of its replications.
+        precision: Target for half of the width of the confidence interval of a median, divided by the median [1].
+        truth: ln(median) of the reference, shape [damage_state].
+        device: Warp device, such as "cpu"; None: the default device.
+        seeds: Seeds of the replications.
     """
     found, seconds = [], []
     for seed in seeds:
@@ -192,7 +192,10 @@ def precision_point(
 
 
 def record_error(base: wd.Scene, structures: int, device: str | None, seed: int) -> float:
-    """Return the standard error of ln(median) that the records leave, root mean square over the damage states."""
+    """Return the standard error of ln(median) that is caused by the choice of the records.
+
+    The value is the root mean square over the damage states.
+    """
     curves = wd.fragility(Plan("crossed, Sobol", structures).run(base, seed=seed, device=device), DRIFT_LIMITS)
     of_records = curves["median_variance"].sel(source=["record", "record and structure"]).sum("source")
     return float(np.sqrt(of_records.mean()))

@@ -1,4 +1,4 @@
-"""The chart of the decision: error of fragility medians against the time of `simulate`, a curve for each machine."""
+"""Chart of the study decision: error of fragility medians against the time of `simulate`, one curve per machine."""
 
 from __future__ import annotations
 
@@ -12,16 +12,19 @@ from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 COLOURS = ("#D55E00", "#0072B2", "#CC79A7")
 OF_RECORDS = "#00734F"
-DEFAULT = "nested, Sobol", 3  # of `simulate` without arguments
-LEAST_GAIN = 0.95  # largest ratio of the errors of neighbouring points that are drawn
+DEFAULT = "nested, Sobol", 3  # design and size that `simulate` uses by default
+LEAST_GAIN = 0.95  # a point is drawn if its error is below this fraction of the previous point's
 INSIDE = {"textcoords": "offset points", "fontsize": 12}
 
 
 def decision_chart(results: Sequence[xr.Dataset]) -> Figure:
-    """Draw the frontier of each machine, the error due to the records, the default method and `fragility_to`.
+    """Return a figure with the frontier of each machine, the error due to the records, and two calls of warpdyn.
+
+    The calls are `simulate` with its default method and design, and `fragility_to`.
+
 
     Args:
-        results: Datasets of the study, one for each machine; the first one has the error due to the records.
+        results: Datasets of the study, one per machine; the first also contains the error due to the records.
     """
     figure = Figure(figsize=(10.0, 5.4), layout="constrained")
     axes = figure.subplots()
@@ -60,12 +63,12 @@ def decision_chart(results: Sequence[xr.Dataset]) -> Figure:
 
 
 def total_errors(result: xr.Dataset) -> xr.DataArray:
-    """Return the error of integration and sampling together, over method, dtype, step and plan."""
+    """Return the error of integration and sampling together, with the dimensions method, dtype, step and plan."""
     return np.hypot(result["integration_error"], result["sampling_error"])
 
 
 def frontier(seconds: np.ndarray, errors: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the points that no other point is both faster and more accurate than, by increasing time."""
+    """Return the points for which no other point is both faster and more accurate, sorted by increasing time."""
     order = np.lexsort((errors, seconds))
     seconds, errors = seconds[order], errors[order]
     is_best = errors < np.minimum.accumulate(np.concatenate([[np.inf], errors[:-1]]))
@@ -73,7 +76,7 @@ def frontier(seconds: np.ndarray, errors: np.ndarray) -> tuple[np.ndarray, np.nd
 
 
 def frontier_of(result: xr.Dataset) -> tuple[np.ndarray, np.ndarray]:
-    """Return the frontier of a machine, seconds and errors, without points that are less than 5 % more accurate."""
+    """Return times [s] and errors of the frontier of a machine, without points that gain less than 5 % in accuracy."""
     kept: list[tuple[float, float]] = []
     points = frontier(result["seconds"].values.ravel(), total_errors(result).values.ravel())
     for second, error in zip(*points, strict=True):
@@ -84,7 +87,7 @@ def frontier_of(result: xr.Dataset) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _title(results: Sequence[xr.Dataset]) -> str:
-    """Return the message: the time from which the error is below that due to the records on every machine."""
+    """Return the title: the time from which the error is below the error due to the records on every machine."""
     within = []
     for result in results:
         seconds, errors = frontier_of(result)
@@ -108,7 +111,7 @@ def _draw_machine(axes: Axes, result: xr.Dataset, colour: str) -> None:
 
 
 def _draw_calls(axes: Axes, results: Sequence[xr.Dataset]) -> None:
-    """Draw the default method and `fragility_to` on each machine; the point of the slowest machine has the label."""
+    """Draw the default method and `fragility_to` on each machine; the label is at the slowest machine."""
     calls: dict[str, list[tuple[float, float, str]]] = {"*": [], "P": []}
     words = {"*": "default method and design"}
     for result, colour in zip(results, COLOURS, strict=False):
@@ -127,7 +130,7 @@ def _draw_calls(axes: Axes, results: Sequence[xr.Dataset]) -> None:
 
 
 def machine_of(result: xr.Dataset) -> str:
-    """Return what the chart calls the machine of a dataset, such as "NVIDIA H100" or "2 CPU cores"."""
+    """Return the label of the machine of a dataset, such as "NVIDIA H100" or "2 CPU cores"."""
     device = str(result.attrs["device"])
     if device.startswith("cpu"):
         cores = int(result.attrs.get("cores", 0))

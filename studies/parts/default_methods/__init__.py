@@ -1,1 +1,1 @@
-"""Parts of the study default_methods."""
+"""Modules of the study default_methods."""

@@ -1,4 +1,4 @@
-"""Ensembles of shear buildings by storey law, and the errors and times of methods on them."""
+"""Ensembles of shear buildings for each storey law, with errors and times of methods on them."""
 
 from __future__ import annotations
 
@@ -23,11 +23,11 @@ from warpdyn.foundations.core.units import STANDARD_GRAVITY
 from warpdyn.model.ground_motions.records import far_field
 
 YIELD_DRIFT, FLOOR_MASS, HEIGHT, TAIL = 0.015, 2.0e5, 3.0, 1.0  # m, kg, m, s
-FINER = 16  # steps of the reference, in float64, in each default step
-TAPERED = "tapered"  # stiffness falls straight from the first storey to two thirds of it in the last one
-PARABOLIC = "parabolic"  # stiffness falls as the shear under equal forces on all floors does, to a fifth
+FINER = 16  # steps of the float64 reference per default step
+TAPERED = "tapered"  # the stiffness decreases linearly from the first storey to two thirds of it in the last one
+PARABOLIC = "parabolic"  # the stiffness decreases like the shear under equal floor forces, to a fifth at the top
 DAMPING_RATIO = 0.05
-LIGHT_MODES = (1, HIGHEST_LIGHT_MODE)  # of light Rayleigh damping, in buildings of three storeys or more
+LIGHT_MODES = (1, HIGHEST_LIGHT_MODE)  # damped modes of light Rayleigh damping, for three storeys or more
 SCATTER = {
     "stiffness": wd.RandomFactor(wd.Lognormal(1.0, 0.2)),
     "mass": wd.RandomFactor(wd.Lognormal(1.0, 0.1)),
@@ -36,7 +36,7 @@ SCATTER = {
 
 @cache
 def records() -> tuple[wd.GroundMotion, ...]:
-    """Return the strong parts of the far-field records, recorded every 5, 10 and 20 ms."""
+    """Return the strong parts of the far-field records, which have steps of 5, 10 and 20 ms."""
     return tuple(strong_part(motion) for motion in far_field())
 
 
@@ -50,18 +50,18 @@ def build_scene(
     shape: str = TAPERED,
     damping: str = "rayleigh",
 ) -> wd.Scene:
-    """Return buildings of a law under records.
+    """Return the scene of buildings with one storey law under records scaled to stripes.
 
     Args:
-        law: Row of `peers.storey_laws.LAWS`.
+        law: Name of the storey law, a key of `peers.storey_laws.LAWS`.
         storeys: Number of storeys.
         period: First period [s].
         motions: The records.
-        levels: Spectral accelerations at the first period, divided by that at yield.
-        recorders: Recorders of `Scene`.
-        shape: How the stiffness falls over the height, TAPERED or PARABOLIC.
-        damping: Damping of `ShearBuilding`, with a ratio of DAMPING_RATIO in the first mode; "storey": dampers in the
-            lower half of the storeys; "light_rayleigh": Rayleigh damping of LIGHT_RATIO in LIGHT_MODES.
+        levels: Spectral accelerations at the first period, divided by the value at which the building yields.
+        recorders: Argument `recorders` of `Scene`.
+        shape: Decrease of the stiffness over the height: TAPERED or PARABOLIC.
+        damping: Damping of `ShearBuilding`, with the ratio DAMPING_RATIO in the first mode. "storey": dampers in the
+            lower half of the storeys. "light_rayleigh": Rayleigh damping with the ratio LIGHT_RATIO in LIGHT_MODES.
     """
     below, mass = np.arange(storeys) / max(storeys - 1, 1), np.full(storeys, FLOOR_MASS)
     relative = 1.5 - 0.5 * below if shape == TAPERED else 1.0 - 0.8 * below**2
@@ -79,7 +79,7 @@ def build_scene(
     elif damping != "none":
         own["damping_ratio"] = DAMPING_RATIO
     building = wd.ShearBuilding(mass, stiffness, HEIGHT, law=law, damping=damping, **own)
-    yielding = 1.25 * stiffness[0] * YIELD_DRIFT / mass.sum() / STANDARD_GRAVITY  # g, some of it in higher modes
+    yielding = 1.25 * stiffness[0] * YIELD_DRIFT / mass.sum() / STANDARD_GRAVITY  # g; 1.25: effect of higher modes
     measure = wd.SpectralAcceleration(building.fundamental_period)
     design = wd.Stripes(list(motions), [yielding * level for level in levels], measure)
     return wd.Scene(building, design, scatter=SCATTER, recorders=recorders, tail=TAIL)
@@ -87,15 +87,15 @@ def build_scene(
 
 @dataclass
 class Case:
-    """An ensemble, its steps by the default rule and its reference.
+    """An ensemble with its default numbers of steps, and its reference solution.
 
     Args:
         scene: The scene.
         structures: Number of structures.
-        device: Device that it runs on.
+        device: Device on which the ensemble runs, such as "cpu".
         seed: Seed of every random draw.
-        finer: Steps of the reference in each default step.
-        known: Drawn structures, as `prepare` keeps them.
+        finer: Number of steps of the reference per default step.
+        known: Drawn structures, which `prepare` keeps for later runs.
     """
 
     scene: wd.Scene
@@ -110,7 +110,7 @@ class Case:
 
     @cached_property
     def reference(self) -> dict[str, np.ndarray]:
-        """The outputs at the finer step in float64."""
+        """Outputs of the reference: exact or RK4, in float64, at the finer step."""
         method = "exact" if self.scene.structure.law == "elastic" else "rk4"
         run = self.run(method, self.finer, "float64")
         return integrate_guarded(run, np.arange(run.sample.size))
@@ -122,7 +122,7 @@ class Case:
             return prepare(self.scene, structures=self.structures, method=method, dtype=dtype, **terms)
 
     def run(self, method: str, steps: float, dtype: str = "float32") -> Ensemble:
-        """Return the ensemble with a number of steps per default step of RK4, and more if stability needs them."""
+        """Return the ensemble with `steps` steps per default step of RK4, and more if stability requires them."""
         run, vibration = self._prepared(method, dtype)
         finer = np.maximum(1, np.ceil(steps * self.substeps - 1e-9).astype(np.int64))
         run.schedule = run.restepped(np.arange(run.sample.size), finer)
@@ -132,7 +132,10 @@ class Case:
         return run
 
     def errors(self, run: Ensemble) -> np.ndarray:
-        """Return each sample's error of the peak drifts over its largest; infinite where it failed."""
+        """Return the largest error of the peak storey drifts of each sample, shape [sample].
+
+        The error is divided by the largest peak drift of the sample. It is infinite if the sample failed.
+        """
         found = integrate_guarded(run, np.arange(run.sample.size))
         own, true = (each["peak_storey_drift"].astype(np.float64) for each in (found, self.reference))
         error = np.abs(own - true).max(axis=0) / np.abs(true).max(axis=0)
@@ -140,7 +143,7 @@ class Case:
 
 
 def seconds_of(run: Ensemble) -> float:
-    """Return the time that an integration takes [s]: of the processor on a CPU, of the kernels on a GPU."""
+    """Return the time of an integration [s]: processor time on a CPU, time in kernels on a GPU."""
     part = run.select(np.arange(run.sample.size))
     part.pack()
     rows = part.model.blank_outputs(part.sample.size)

@@ -1,1 +1,1 @@
-"""Parts of the study growth."""
+"""Modules of the study growth."""

@@ -1,4 +1,4 @@
-"""The scenes of the study growth: each axis varies one size of a run and keeps the others."""
+"""Scenes of the study growth: along each axis, one size of a run changes."""
 
 from __future__ import annotations
 
@@ -11,16 +11,16 @@ import numpy as np
 import warpdyn as wd
 from warpdyn.foundations.core.units import STANDARD_GRAVITY
 
-INTERVAL = 0.005  # s, between the values of the motions, and the step
-REPETITIONS = 3
-LONG = 2.0  # s, beyond which a run is not repeated
-STEPS = 500  # of each motion, but along the axis of steps
-STOREYS = 5  # but along the axis of storeys
+INTERVAL = 0.005  # interval between the values of the motions, and integration step [s]
+REPETITIONS = 3  # number of timed runs
+LONG = 2.0  # a run that takes longer than this is not repeated [s]
+STEPS = 500  # number of steps of a motion, except along the axis of steps
+STOREYS = 5  # number of storeys, except along the axis of storeys
 
 
 @dataclass(frozen=True)
 class Size:
-    """One point of an axis: how many of each there are."""
+    """One point of an axis: numbers of samples, storeys, steps and motions."""
 
     samples: int
     storeys: int
@@ -29,15 +29,16 @@ class Size:
 
     @property
     def storey_steps(self) -> int:
-        """Steps of all samples times storeys, to which a kernel's time should be in proportion."""
+        """Number of samples times storeys times steps; the time of a kernel should be proportional to it."""
         return self.samples * self.storeys * self.steps
 
 
 def axes(samples: int) -> dict[str, list[Size]]:
-    """Return the points of each axis.
+    """Return the points of each axis, as a mapping from the name of the axis.
 
     Args:
-        samples: The most samples of the axis of samples; the other axes take the storey steps of a sixteenth of them.
+        samples: Largest number of samples on the axis of samples. The points of the other axes have as many storey
+            steps as a sixteenth of these samples.
     """
     shared = max(samples // 16, 256)
 
@@ -58,7 +59,7 @@ def axes(samples: int) -> dict[str, list[Size]]:
 
 
 def build_scene(size: Size) -> wd.Scene:
-    """Return yielding buildings of scattered stiffness under filtered noise of one peak acceleration."""
+    """Return yielding buildings with scattered stiffness under white noise with a peak acceleration of 0.4 g."""
     building = wd.ShearBuilding(
         mass=[2.0e5] * size.storeys,
         stiffness=[2.0e8] * size.storeys,
@@ -78,7 +79,7 @@ def build_scene(size: Size) -> wd.Scene:
 
 
 def measure(size: Size, device: str | None) -> dict[str, float]:
-    """Return the least wall time of `simulate` and the least time in its kernels [s], with kernels compiled."""
+    """Return the shortest wall time of `simulate` and the shortest time in its kernels [s], without compilation."""
     scene = build_scene(size)
 
     def run(structures: int) -> tuple[float, float]:
@@ -88,7 +89,7 @@ def measure(size: Size, device: str | None) -> dict[str, float]:
         )
         return time.perf_counter() - begun, result.attrs["seconds_in_kernels"]
 
-    run(1)  # compiles
+    run(1)  # compiles the kernels
     found = [run(size.samples // size.motions)]
     while len(found) < REPETITIONS and found[-1][0] < LONG:
         found.append(run(size.samples // size.motions))
@@ -97,12 +98,12 @@ def measure(size: Size, device: str | None) -> dict[str, float]:
 
 
 def steps_of_cost(sizes: np.ndarray, costs: np.ndarray) -> Iterator[tuple[float, float, float]]:
-    """Yield each pair of neighbouring sizes with the cost of the larger over that of the smaller."""
+    """Yield each pair of neighbouring sizes, with the ratio of the cost at the larger to the cost at the smaller."""
     for i in range(len(sizes) - 1):
         yield sizes[i], sizes[i + 1], costs[i + 1] / costs[i]
 
 
 def exponent(sizes: np.ndarray, seconds: np.ndarray) -> float:
-    """Return the slope of log time over log size through the upper half of the sizes."""
+    """Return the slope of ln(time) over ln(size), fitted to the upper half of the sizes."""
     upper = slice(len(sizes) // 2, None)
     return float(np.polyfit(np.log(sizes[upper]), np.log(seconds[upper]), 1)[0])

@@ -1,1 +1,1 @@
-"""The parts of studies/metropolis.py: a region's buildings, its earthquake, and the figures."""
+"""Modules of studies/metropolis.py: the buildings of a region, its earthquake, and the figure."""

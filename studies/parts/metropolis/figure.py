@@ -1,4 +1,4 @@
-"""The map of expected losses, and the losses of the city by event."""
+"""Figure of the study metropolis: a map of expected losses, and the losses of the city by event."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ from matplotlib.figure import Figure
 import warpdyn as wd
 from parts.metropolis.region import FAULT, MAGNITUDE
 
-CELL = 2.0  # km, of the map
+CELL = 2.0  # side length of the cells of the map [km]
 
 
 def draw(results: pd.DataFrame, losses: xr.Dataset) -> Figure:
-    """Return the figure of each building's results and of the city's losses by event."""
+    """Return a figure with a map of the loss ratios, and with the losses of the city by event."""
     figure = Figure(figsize=(10.6, 5.8), layout="constrained")
     area, curve = figure.subplots(1, 2, width_ratios=(1.0, 1.0))
     wd.plots.damage_map(results, cell=CELL, ax=area)

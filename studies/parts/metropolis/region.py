@@ -9,8 +9,9 @@ from portfolio import CITY
 
 import warpdyn as wd
 
-# Longitude and latitude [degree], the share of the region's buildings, and how far they spread [km]: assumed after the
-# region's population, and no survey of any place.
+# For each town: longitude and latitude [degree], share of the buildings of the region, and standard deviation of their
+# distance from the centre in each direction [km]. The values are assumed after the population of the region; they are
+# not a survey of any place.
 TOWNS = {
     "San Francisco": (-122.44, 37.76, 0.10, 3.5),
     "Daly City and San Mateo": (-122.36, 37.59, 0.09, 6.0),
@@ -24,21 +25,24 @@ TOWNS = {
     "San Rafael and Novato": (-122.55, 38.03, 0.03, 6.0),
     "Napa and Santa Rosa": (-122.52, 38.36, 0.03, 12.0),
 }
-# A typical building of each kind: plan area of a storey [m2] by its storeys, and cost of a square metre [USD], assumed.
+# Assumed typical buildings: plan area [m2] by the number of storeys.
 PLAN_AREA = {1: 140.0, 2: 160.0, 3: 350.0}
-LARGE_PLAN_AREA = 900.0  # m2, of what is higher
-COST_OF_AREA = 3200.0  # USD/m2
-# The fault's trace [degree] and the magnitude of the scenario, both as in SimCenter's testbed: the Hayward fault.
+LARGE_PLAN_AREA = 900.0  # plan area of buildings with more than 3 storeys [m2]
+COST_OF_AREA = 3200.0  # assumed cost of a square metre of floor area [USD/m2]
+# Trace of the Hayward fault [degree] and magnitude of the scenario, both as in SimCenter's testbed.
 FAULT = np.array([[-122.43, 38.03], [-122.25, 37.87], [-122.08, 37.68], [-121.92, 37.50], [-121.81, 37.41]])
 MAGNITUDE = 7.0
-SPACING = 0.05  # degree, of the grid of ground motions
-BETWEEN, WITHIN = 0.25, 0.55  # standard deviations of ln PGA: together 0.6, as Joyner and Boore (1981) found
-MOST_DEVIATIONS = 2.0  # from the median: more than 3 g has hardly been recorded
+SPACING = 0.05  # spacing of the grid of ground motions [degree]
+BETWEEN, WITHIN = 0.25, 0.55  # standard deviations of ln PGA; together 0.6, the value of Joyner and Boore (1981)
+MOST_DEVIATIONS = 2.0  # largest deviation from the median, because more than 3 g has hardly ever been recorded
 KILOMETRES_OF_A_DEGREE = 111.19
 
 
 def build_inventory(buildings: int, seed: int) -> pd.DataFrame:
-    """Return a table of buildings: the types of studies/portfolio.py's city, their ages, places, areas and costs."""
+    """Return an inventory: a table with type, age, location, plan area and replacement cost of each building.
+
+    The building types are those of the city in studies/portfolio.py.
+    """
     random = np.random.default_rng(seed)
     kinds = [(kind, storeys, share / len(each)) for kind, (share, each) in CITY.items() for storeys in each]
     share = np.array([part for *_, part in kinds])
@@ -48,7 +52,7 @@ def build_inventory(buildings: int, seed: int) -> pd.DataFrame:
     town = random.choice(len(TOWNS), size=buildings, p=of_region / of_region.sum())
     east, north = random.standard_normal((2, buildings)).clip(-2.5, 2.5) * spread[town] / KILOMETRES_OF_A_DEGREE
     year = random.triangular(1900, 1965, 2020, size=buildings).astype(np.int32)
-    recent = np.array([name in ("S3", "PC1", "MH") for name, *_ in kinds])[kind]  # were not built before 1941
+    recent = np.array([name in ("S3", "PC1", "MH") for name, *_ in kinds])[kind]  # types not built before 1941
     year[recent] = np.maximum(year[recent], 1941)
     plan_area = np.array([PLAN_AREA.get(count, LARGE_PLAN_AREA) for count in range(13)])[storeys]
     plan_area = plan_area * np.exp(random.normal(0.0, 0.3, buildings))
@@ -71,10 +75,11 @@ def build_inventory(buildings: int, seed: int) -> pd.DataFrame:
 
 
 def median_field(inventory: pd.DataFrame) -> xr.DataArray:
-    """Return the scenario's median peak ground accelerations [g] on a grid that covers the buildings.
+    """Return the median peak ground accelerations of the scenario [g], on a grid that covers the buildings.
 
-    Joyner and Boore 1981 (Bulletin of the Seismological Society of America 71(6), 2011-2038):
-    log10 PGA = -1.02 + 0.249 M - log10 r - 0.00255 r, r^2 = d^2 + 7.3^2, at d [km] from the fault's trace.
+    The median is that of Joyner and Boore 1981 (Bulletin of the Seismological Society of America 71(6), 2011-2038):
+    log10 PGA = -1.02 + 0.249 M - log10 r - 0.00255 r with r^2 = d^2 + 7.3^2, at the distance d [km] from the trace of
+    the fault.
     """
     axes = []
     for name in ("longitude", "latitude"):
@@ -96,7 +101,7 @@ def median_field(inventory: pd.DataFrame) -> xr.DataArray:
 
 
 def shaking(inventory: pd.DataFrame, stock: wd.inventories.BuildingStock, pairs: list, seed: int) -> wd.MotionsAtSites:
-    """Return the motions of all buildings: a correlated field of peak accelerations for each pair of records."""
+    """Return the ground motions of all buildings: one correlated field of peak accelerations per pair of records."""
     median = median_field(inventory)
     field = wd.sites.correlated_fields(
         median,

@@ -1,1 +1,1 @@
-"""The figures of the seed_frame study."""
+"""Module of the study seed_frame with its figures."""

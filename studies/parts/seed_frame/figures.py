@@ -1,4 +1,4 @@
-"""Figures of the study seed_frame: each takes its dataset and returns a matplotlib Figure."""
+"""Figures of the study seed_frame: each function draws one figure of the dataset of the study."""
 
 from __future__ import annotations
 
@@ -7,16 +7,16 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-# Colours by Okabe and Ito, distinct also for colour-blind readers: one for each degree of freedom or storey.
+# Colours of Okabe and Ito, which colour-blind readers can distinguish; one per degree of freedom or storey.
 COLOURS = ("#0072B2", "#E69F00", "#009E73")
 PUBLISHED, MODAL, NEUTRAL = "#D55E00", "#CC79A7", "0.25"
 
 
 def overview(dataset: xr.Dataset) -> Figure:
-    """Draw histories, drifts, phase plane, shapes, energies, modes, and peaks with the published peaks.
+    """Return a figure of histories, drifts, phase plane, shapes, energies, modes, and computed and published peaks.
 
     Args:
-        dataset: Dataset written by studies/seed_frame.py.
+        dataset: Dataset that studies/seed_frame.py wrote.
     """
     figure = Figure(figsize=(15, 11), layout="constrained")
     axes = figure.subplots(3, 3)
@@ -30,10 +30,10 @@ def overview(dataset: xr.Dataset) -> Figure:
 
 
 def convergence(dataset: xr.Dataset) -> Figure:
-    """Draw the error of RK4 over time, and its largest value against the step.
+    """Return a figure of the displacement error of RK4 over time, and of its largest value against the step.
 
     Args:
-        dataset: Dataset written by studies/seed_frame.py.
+        dataset: Dataset that studies/seed_frame.py wrote.
     """
     figure = Figure(figsize=(11, 4.4), layout="constrained")
     over_time, over_step = figure.subplots(1, 2)
@@ -57,7 +57,7 @@ def convergence(dataset: xr.Dataset) -> Figure:
 
 
 def _history(axis: Axes, dataset: xr.Dataset, name: str, title: str, label: str, factor: float) -> None:
-    """Draw a history of each degree of freedom, the exact one as a thin dashed line on top."""
+    """Draw the history of each degree of freedom, with the exact history as a thin dotted line on top."""
     time = dataset["time"].values
     for dof, colour in enumerate(COLOURS):
         axis.plot(time, factor * dataset[name].values[:, dof], color=colour, lw=1.8, label=f"u{dof + 1}")
@@ -73,7 +73,7 @@ def _time_axis(axis: Axes, dataset: xr.Dataset) -> None:
 
 
 def _legend_above(axis: Axes, columns: int) -> None:
-    """Make space above the curves for a legend in one row."""
+    """Draw the legend in one row, and make space for it above the curves."""
     low, high = axis.get_ylim()
     axis.set_ylim(low, high + 0.22 * (high - low))
     axis.legend(ncols=columns, loc="upper center", fontsize=8, columnspacing=1.0, handlelength=1.4)

@@ -1,1 +1,1 @@
-"""The parts of the study simcenter."""
+"""Modules of the study simcenter."""

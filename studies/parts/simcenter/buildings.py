@@ -1,4 +1,4 @@
-"""Twenty Hazus buildings of 1 to 20 storeys, as warpdyn and as SimCenter's MDOF-LU have them."""
+"""Twenty Hazus buildings of 1 to 20 storeys, as models of warpdyn and as models of SimCenter's MDOF-LU."""
 
 from __future__ import annotations
 
@@ -9,21 +9,22 @@ import numpy as np
 import warpdyn as wd
 from warpdyn.model.structures.hazus import building_class
 
-SMALL, LARGE = 150.0, 900.0  # plan area of a storey [m2], up to two storeys and beyond
-# MDOF-LU's fits over the storeys N: share of the mass in the first mode; stiffness over mass and squared frequency.
-MASS_SHARE = np.polynomial.Polynomial([0.8106, 0.402, -0.3037, 0.09117])  # of 1 / N
-STIFFNESS_FACTOR = np.polynomial.Polynomial([0.1869, 0.405, 0.4053])  # of N
-GRAVITY = 9.8  # m/s2, as in MDOF-LU
+SMALL, LARGE = 150.0, 900.0  # plan area of a storey [m2]: up to two storeys, and more than two storeys
+# Polynomials that MDOF-LU uses for a building of N storeys. MASS_SHARE: share of the mass in the first mode, as a
+# function of 1 / N. STIFFNESS_FACTOR: stiffness divided by mass and by squared frequency, as a function of N.
+MASS_SHARE = np.polynomial.Polynomial([0.8106, 0.402, -0.3037, 0.09117])
+STIFFNESS_FACTOR = np.polynomial.Polynomial([0.1869, 0.405, 0.4053])
+GRAVITY = 9.8  # m/s2, the value in MDOF-LU
 
 
 @dataclass(frozen=True)
 class Building:
-    """A building of the inventory.
+    """Building of the inventory, given by type, design level and number of storeys.
 
     Args:
-        building_type: One of the 36 Hazus types.
-        design_level: "high", "moderate", "low" or "pre".
-        storeys: Their number.
+        building_type: One of the 36 building types of Hazus, such as "C1M".
+        design_level: Seismic design level: "high", "moderate", "low" or "pre".
+        storeys: Number of storeys.
     """
 
     building_type: str
@@ -32,12 +33,12 @@ class Building:
 
     @property
     def name(self) -> str:
-        """Name in tables."""
+        """Name of the building in tables, such as "C1M high 5"."""
         return f"{self.building_type} {self.design_level} {self.storeys}"
 
     @property
     def plan_area(self) -> float:
-        """Area of a storey [m2]."""
+        """Plan area of a storey [m2]."""
         return SMALL if self.storeys <= 2 else LARGE
 
 
@@ -70,19 +71,19 @@ BUILDINGS = tuple(
 
 @dataclass(frozen=True, eq=False)
 class MultiStoreyModel:
-    """Model of a building by MDOF-LU for OpenSees: Lu et al. 2014, Advances in Engineering Software 70.
+    """Model that MDOF-LU creates for OpenSees: Lu et al. 2014, Advances in Engineering Software 70.
 
     Args:
-        mass: Floor mass [kg].
-        stiffness: Storey stiffness [N/m].
-        height: Storey height [m].
+        mass: Mass of each floor [kg].
+        stiffness: Initial stiffness of each storey [N/m].
+        height: Height of each storey [m].
         yield_force: Yield force of the storeys [N], shape [storey].
         yield_drift: Yield drift of the storeys [m], shape [storey].
-        ultimate_force: Ultimate force of the storeys [N], shape [storey]; constant at larger drifts.
+        ultimate_force: Ultimate force of the storeys [N], shape [storey]; the force is constant at larger drifts.
         ultimate_drift: Drift at the ultimate force [m], shape [storey].
-        pinching: Pinching factor of drift and force in reloading [1].
-        unloading_exponent: Exponent of the ductility in the unloading stiffness [1].
-        damping_ratio: Damping ratio of Rayleigh damping [1].
+        pinching: Pinching factor of drift and force during reloading [1].
+        unloading_exponent: Exponent of the ductility in the formula of the unloading stiffness [1].
+        damping_ratio: Ratio of Rayleigh damping [1].
     """
 
     mass: float
@@ -98,7 +99,7 @@ class MultiStoreyModel:
 
 
 def multi_storey_model(building: Building) -> MultiStoreyModel:
-    """Return a building as MDOF-LU makes it of its Hazus type, by its own fits."""
+    """Return the model of a building that MDOF-LU creates from the Hazus type, with the polynomials of MDOF-LU."""
     n, row = building.storeys, building_class(building.building_type, building.design_level)
     mass = 1000.0 * building.plan_area
     period = n * row["period_per_storey_s"]
@@ -121,10 +122,10 @@ def multi_storey_model(building: Building) -> MultiStoreyModel:
 
 
 def shear_building(building: Building) -> wd.ShearBuilding:
-    """Return a building as warpdyn has it, with the stiffness of MDOF-LU's fit and the damping of R2D's models.
+    """Return a building as a model of warpdyn, with the stiffness of MDOF-LU and the damping of the models in R2D.
 
-    The fit is 0.3 % below the stiffness of `from_hazus` at one storey and within 0.01 % of it elsewhere.
-    docs/coming_from/r2d.md explains the damping.
+    The stiffness of MDOF-LU is 0.3 % below the stiffness of `from_hazus` for one storey, and within 0.01 % of it for
+    other buildings. docs/coming_from/r2d.md explains the damping.
     """
     of_type = building.building_type, building.design_level, building.storeys
     given = {"floor_area": building.plan_area, "law": "hysteretic", "damping": "mass_proportional"}

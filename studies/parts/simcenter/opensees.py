@@ -1,18 +1,21 @@
 """Analysis of one building under one pair of motions in OpenSeesPy with the settings of SimCenter's R2D.
 
-Follows the scripts that the application OpenSees-Simulation writes for MDOF-LU's models with the settings of R2D's
-examples E2 and E3 (NHERI-SimCenter/R2DExamples; E3 is a magnitude 7 earthquake on the Hayward fault): nodes of six
-degrees of freedom, four of them fixed; one zeroLength element per storey, with the material Hysteretic in both
-directions; Newmark's average acceleration; Newton's method until unbalanced forces are below 0.01 N; the solver
-Umfpack; shorter steps if that fails; Rayleigh damping of the first and the last mode. The elements are defined without
--doRayleigh, so its stiffness term has no effect, and the damping is proportional to the mass.
+The analysis follows the scripts that the application OpenSees-Simulation writes for models of MDOF-LU with the settings
+of the examples E2 and E3 of R2D (NHERI-SimCenter/R2DExamples; E3 is a magnitude 7 earthquake on the Hayward fault):
 
-The step is the record's, or 2 pi / (20 w^2) if that is shorter: the script divides by the eigenvalue w^2, although 1/20
-of the first period, 2 pi / (20 w), may be intended. Therefore houses have several times as many steps and smaller
-errors. `Way.divides_by_frequency` selects 1/20 of the period.
+- Nodes have six degrees of freedom; four of them are fixed.
+- Each storey is a zeroLength element with the material Hysteretic in both directions.
+- The integrator is Newmark's average acceleration. Newton's method iterates until unbalanced forces are below 0.01 N.
+The solver is Umfpack. If the iteration fails, shorter steps are used.
+- Rayleigh damping is defined for the first and the last mode. The elements are defined without -doRayleigh, so its
+stiffness term has no effect, and the damping is proportional to the mass.
 
-Here all analyses run in one process. The workflow of R2D starts OpenSees for each building and pair of motions, and
-writes and reads JSON and a script; this time is not included.
+The step is the step of the record, or 2 pi / (20 w^2) if that is shorter. The script divides by the eigenvalue w^2,
+although 1/20 of the first period, 2 pi / (20 w), may be intended. Therefore low buildings have several times as many
+steps and smaller errors. `Way.divides_by_frequency` selects 1/20 of the period.
+
+In this study all analyses run in one process. The workflow of R2D starts OpenSees for each building and pair of
+motions, and writes and reads JSON and a script; the time of these is not included.
 """
 
 from __future__ import annotations
@@ -29,23 +32,23 @@ import numpy as np
 import warpdyn as wd
 from parts.simcenter.buildings import MultiStoreyModel
 
-STEPS_A_PERIOD = 20
-FIRST_SERIES = 101
-SUBLEVELS, SUBSTEPS = 2, 10  # of a step whose iteration fails
-THIRD_DRIFT = 1.0  # m, where MDOF-LU's third corner is if the second is before it
+STEPS_A_PERIOD = 20  # number of steps per first period
+FIRST_SERIES = 101  # tag of the first time series in OpenSees
+SUBLEVELS, SUBSTEPS = 2, 10  # a step whose iteration fails is divided into 10 substeps, on at most 2 levels
+THIRD_DRIFT = 1.0  # drift of the third corner of the material in MDOF-LU, if the second corner is before it [m]
 
 
 @dataclass(frozen=True)
 class Way:
-    """A way to run the model.
+    """Settings of an analysis of the model in OpenSees.
 
     Args:
-        writes_files: Whether peaks go to files as R2D asks for: accelerations and displacements of every floor, drifts
-            of every storey.
-        freedoms: Degrees of freedom of a node: 6 as in R2D, or the 2 that are not fixed.
-        system: OpenSees' solver of linear equations.
-        constraints: OpenSees' constraint handler.
-        divides_by_frequency: Whether the step is at most a twentieth of the first period, rather than R2D's.
+        writes_files: If True, peaks are written to files, as R2D requests: accelerations and displacements of every
+            floor, and drifts of every storey.
+        freedoms: Number of degrees of freedom of a node: 6 as in R2D, or the 2 that are not fixed.
+        system: Solver of linear equations in OpenSees.
+        constraints: Constraint handler in OpenSees.
+        divides_by_frequency: If True, the step is at most a twentieth of the first period; if False, it is that of R2D.
         longest_step: Upper bound of the step [s].
     """
 
@@ -59,14 +62,14 @@ class Way:
 
 @dataclass(frozen=True, eq=False)
 class Analysed:
-    """Result of one building under one pair of motions.
+    """Result of the analysis of one building under one pair of motions.
 
     Args:
-        seconds: Processor time of building the model and of the analysis, with the writing of files [s].
-        steps: Steps of the analysis.
-        is_finished: Whether OpenSees reached the end of the motions.
-        peak_drift_ratio: Largest drift ratio of each storey, shape [component, storey]; None without files, or if
-            the analysis failed before the end.
+        seconds: Processor time for building the model, the analysis and the writing of files [s].
+        steps: Number of steps of the analysis.
+        is_finished: True if OpenSees reached the end of the motions.
+        peak_drift_ratio: Largest drift ratio of each storey [1], shape [component, storey]. None if no files were
+            written, or if the analysis failed before the end.
     """
 
     seconds: float
@@ -76,7 +79,7 @@ class Analysed:
 
 
 def analyse(ops: ModuleType, model: MultiStoreyModel, pair: Sequence[wd.GroundMotion], way: Way) -> Analysed:
-    """Return the time and the peaks of one building under a pair of motions of one step."""
+    """Analyse one building under a pair of motions with equal steps in OpenSees; return its time and peak drifts."""
     storeys, interval = len(model.yield_force), pair[0].step
     values = max(len(motion.values) for motion in pair)
     with tempfile.TemporaryDirectory() as folder:
@@ -95,7 +98,7 @@ def analyse(ops: ModuleType, model: MultiStoreyModel, pair: Sequence[wd.GroundMo
         ops.test("NormUnbalance", 1e-2, 10)
         ops.algorithm("Newton")
         ops.analysis("Transient")
-        # Each frequency occurs twice, once a direction: this is the first mode and the last but one.
+        # Each frequency occurs twice, once per direction. The indices select the first and the last mode.
         eigenvalue = np.array(ops.eigen(2 * storeys - 1))[[0, -1]]
         first, last = np.sqrt(eigenvalue).tolist()
         common = 2 * model.damping_ratio / (first + last)
@@ -108,7 +111,7 @@ def analyse(ops: ModuleType, model: MultiStoreyModel, pair: Sequence[wd.GroundMo
         seconds = time.process_time() - started
         peaks = None
         if way.writes_files and is_finished:
-            # Least, largest and largest absolute of both directions.
+            # The three rows contain the minimum, the maximum and the largest magnitude of both directions.
             found = [np.loadtxt(os.path.join(folder, f"drift.{i}"), ndmin=2)[2] for i in range(1, storeys + 1)]
             peaks = np.transpose(found) / model.height
     return Analysed(seconds, steps, is_finished, peaks)
@@ -118,7 +121,8 @@ def _build(ops: ModuleType, model: MultiStoreyModel, freedoms: int) -> None:
     ops.wipe()
     ops.model("basic", "-ndm", 3 if freedoms == 6 else 2, "-ndf", freedoms)
     masses = [model.mass, model.mass, 0.0, 0.0, 0.0, model.mass / 1e10][:freedoms]
-    # Only OpenSees' recorder of drifts asks for heights, and zeroLength elements warn of them.
+    # All nodes are at the origin: only OpenSees' recorder of drifts needs heights, and zeroLength elements warn of
+    # them.
     place = [0.0] * (3 if freedoms == 6 else 2)
     ops.node(1, *place)
     ops.fix(1, *[1] * freedoms)
@@ -139,9 +143,9 @@ def _build(ops: ModuleType, model: MultiStoreyModel, freedoms: int) -> None:
 
 
 def _advance(ops: ModuleType, steps: int, step: float, levels: int) -> bool:
-    """Run steps, and divide failed steps at several levels; return whether all succeeded.
+    """Run a number of steps, and divide failed steps on at most `levels` levels; return whether all steps succeeded.
 
-    OpenSees does this by R2D's `analysis Transient -numSubLevels 2 -numSubSteps 10`, which OpenSeesPy ignores.
+    R2D requests this by `analysis Transient -numSubLevels 2 -numSubSteps 10`, which OpenSeesPy ignores.
     """
     end = ops.getTime() + steps * step
     while (left := round((end - ops.getTime()) / step)) > 0:
@@ -153,7 +157,10 @@ def _advance(ops: ModuleType, steps: int, step: float, levels: int) -> bool:
 
 
 def _record(ops: ModuleType, storeys: int, folder: str) -> None:
-    """Ask for R2D's files; OpenSeesPy 3.7 finds no nodes in R2D's recorder EnvelopeDrift, and elements know drifts."""
+    """Define recorders that write the files that R2D requests.
+
+    OpenSeesPy 3.7 does not find the nodes of R2D's recorder EnvelopeDrift, so drifts are recorded by the elements.
+    """
     series = ["-timeSeries", FIRST_SERIES, FIRST_SERIES + 1]
     for floor in range(storeys + 1):
         at = ["-node", floor + 1, "-dof", 1, 2]

@@ -1,1 +1,1 @@
-"""Parts of the study stability: oscillators, failures and figures."""
+"""Modules of the study stability: oscillators, failures, figures and the table of limits."""

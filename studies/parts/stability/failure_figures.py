@@ -1,4 +1,4 @@
-"""Figures of the study stability beyond single oscillators: each takes its dataset and returns a matplotlib Figure."""
+"""Figures of the study stability on chains, storey laws and time; each function draws one figure."""
 
 from __future__ import annotations
 
@@ -10,10 +10,13 @@ from parts.stability.figures import COLOURS, TITLE, grids, words
 
 
 def chain(dataset: xr.Dataset) -> Figure:
-    """Draw the longest steps of a 20-storey chain with four dampings, and the misleading limit of one of them.
+    """Return a figure of the longest stable steps of a 20-storey chain with four kinds of damping.
+
+    The right panel shows motions of a chain near the limit with stiffness-proportional damping.
+
 
     Args:
-        dataset: Dataset written by studies/stability.py.
+        dataset: Dataset that studies/stability.py wrote.
     """
     figure = Figure(figsize=(13, 4.6), layout="constrained")
     left, right = figure.subplots(1, 2)
@@ -52,10 +55,10 @@ def chain(dataset: xr.Dataset) -> Figure:
 
 
 def bouc_wen(dataset: xr.Dataset) -> Figure:
-    """Draw z of a pushed Bouc-Wen storey, and how far it stays from its bound, over the step.
+    """Return a figure of z of a pushed Bouc-Wen storey, and of its distance from the bound, for several steps.
 
     Args:
-        dataset: Dataset written by studies/stability.py.
+        dataset: Dataset that studies/stability.py wrote.
     """
     figure = Figure(figsize=(13, 4.8), layout="constrained")
     left, right = figure.subplots(1, 2)
@@ -82,10 +85,10 @@ def bouc_wen(dataset: xr.Dataset) -> Figure:
 
 
 def yielding(dataset: xr.Dataset) -> Figure:
-    """Draw peak drifts of storeys that yield under two of Newmark's methods, and histories that end well.
+    """Return a figure of peak drifts of yielding storeys with two Newmark methods, and of histories that stay finite.
 
     Args:
-        dataset: Dataset written by studies/stability.py.
+        dataset: Dataset that studies/stability.py wrote.
     """
     figure = Figure(figsize=(13, 8.4), layout="constrained")
     axes = figure.subplots(2, 2)
@@ -131,10 +134,13 @@ def yielding(dataset: xr.Dataset) -> Figure:
 
 
 def clock(dataset: xr.Dataset) -> Figure:
-    """Draw the seed frame's error over the step in float32 and float64, and the error of time that is summed.
+    """Return a figure of the error of the seed frame against the step, and of the error of accumulated time.
+
+    The errors are those in float32 and float64.
+
 
     Args:
-        dataset: Dataset written by studies/stability.py.
+        dataset: Dataset that studies/stability.py wrote.
     """
     figure = Figure(figsize=(13, 4.8), layout="constrained")
     left, right = figure.subplots(1, 2)

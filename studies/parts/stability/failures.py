@@ -1,4 +1,4 @@
-"""Cases in which the limit of one oscillator misleads, for the study `stability`: chains, storey laws, summed time."""
+"""Cases of the study stability that the limit of one oscillator does not cover: chains, laws, accumulated time."""
 
 from __future__ import annotations
 
@@ -13,27 +13,30 @@ from warpdyn.engine.methods.stability_limits import relaxation_limit, stability_
 from warpdyn.engine.methods.table import METHODS
 from warpdyn.model.structures.modal import rayleigh_coefficients
 
-STOREYS, FIRST_PERIOD, DAMPING_RATIO = 20, 2.0, 0.05
-STIFFNESS = (np.pi / FIRST_PERIOD / np.sin(np.pi / (4 * STOREYS + 2))) ** 2  # of a storey, over a floor's mass
-CHAIN_STEPS = 4000
+STOREYS, FIRST_PERIOD, DAMPING_RATIO = 20, 2.0, 0.05  # number of storeys, period [s], damping ratio [1]
+STIFFNESS = (np.pi / FIRST_PERIOD / np.sin(np.pi / (4 * STOREYS + 2))) ** 2  # storey stiffness over floor mass [1/s2]
+CHAIN_STEPS = 4000  # number of integrated steps
 CHAIN_DAMPINGS = ("none", "modal", "rayleigh", "stiffness")
 BOUC_WEN_LIMIT = relaxation_limit(METHODS["rk4"])
-# Elastic amplitude over yield drift: how far beyond yielding the free vibrations go.
+# Elastic amplitude of the free vibrations divided by the yield drift.
 DEMAND = 3.0
 YIELDING_LAWS = {
     "elastic": {"law": "elastic"},
     "elastic_perfectly_plastic": {"law": "bilinear", "hardening_ratio": 0.0},
-    "bouc_wen": {"law": "bouc_wen", "hardening_ratio": 0.0},  # exponent 1: it softens from the start
+    "bouc_wen": {"law": "bouc_wen", "hardening_ratio": 0.0},  # exponent 1: the stiffness decreases from the start
 }
 
 
 def chain(damping: str, step: np.ndarray) -> wd.Scene:
-    """Return uniform chains of unit masses from a random shape, in units of time in which each one's step is 1.
+    """Return the scene of uniform chains with unit masses that vibrate freely from a random shape.
+
+    Time is divided by the step of each chain, so that all of them are integrated with a step of 1.
+
 
     Args:
-        damping: "none"; 5 % as "modal" in every mode, as "rayleigh" in modes 1 and 3, as "stiffness" in mode 1 and
-            more in all others, since the damping matrix follows the stiffness alone.
-        step: Step of each chain [s].
+        damping: "none"; "modal": 5 % in every mode; "rayleigh": 5 % in modes 1 and 3; "stiffness": 5 % in mode 1 and
+            more in higher modes, because the damping matrix is proportional to the stiffness.
+        step: Step of each chain [s], shape [chain].
     """
     given = {"stiffness": wd.GivenValues(STIFFNESS * step**2)}
     if damping in ("modal", "rayleigh"):
@@ -49,7 +52,10 @@ def chain(damping: str, step: np.ndarray) -> wd.Scene:
 
 
 def chain_sizes(damping: str, step: np.ndarray, every: int, device: str | None = None) -> np.ndarray:
-    """Return the size of chains' displacements [m] and velocities [m/s] over the first, under RK4, [chain, time]."""
+    """Integrate chains with RK4, and return the norm of their states divided by the first norm, shape [chain, time].
+
+    A state consists of displacements [m] and velocities [m/s].
+    """
     run, _ = prepare(chain(damping, step), structures=step.size, method="rk4", dtype="float64", device=device, step=1.0)
     with np.errstate(over="ignore", invalid="ignore"):
         _, kept = run.integrate_histories(range(step.size), every, 1.0)
@@ -59,11 +65,11 @@ def chain_sizes(damping: str, step: np.ndarray, every: int, device: str | None =
 
 
 def chain_limits(damping: str, device: str | None = None) -> tuple[float, float, float]:
-    """Return the longest stable step [s] of a chain under RK4: as measured, in theory, and by the stability guard."""
+    """Return the longest stable step [s] of a chain with RK4: measured, in theory, and by the stability guard."""
 
     def grows(step: np.ndarray) -> np.ndarray:
         size = chain_sizes(damping, step.ravel(), CHAIN_STEPS // 2, device)
-        # Both are needed, because displacements and velocities vanish alternately.
+        # Two times are compared with a factor of 2, because displacements and velocities vanish alternately.
         return (size[:, 2] > 2 * size[:, 1]).reshape(step.shape)
 
     measured = first_failure(grows, 1, 0.01, 0.04, points=32)[0]
@@ -82,17 +88,21 @@ def chain_limits(damping: str, device: str | None = None) -> tuple[float, float,
 def pushed_bouc_wen(
     ratio: np.ndarray, exponent: np.ndarray, steps: int, device: str | None = None
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return z of Bouc-Wen storeys pushed at 1 m/s from z = 0 under RK4, shape [storey, time], and their status.
+    """Integrate Bouc-Wen storeys that are pushed at 1 m/s from z = 0, with RK4.
+
 
     Args:
-        ratio: Step over its limit, 2.785 uy / (n |v|), shape [storey].
-        exponent: n, shape [storey].
-        steps: Steps taken.
-        device: Warp device.
+        ratio: Step divided by its limit, 2.785 uy / (n |v|), shape [storey].
+        exponent: Exponent n of the law, shape [storey].
+        steps: Number of steps.
+        device: Warp device, such as "cpu"; None: the default device.
+
+    Returns:
+            z at every step, shape [storey, time], and the status of each storey, shape [storey].
     """
     step = 1e-3
     yield_drift = step * exponent / (BOUC_WEN_LIMIT * ratio)
-    # The mass is so large that the storey's force does not slow it.
+    # The mass is so large that the force of the storey does not change the velocity.
     storey = wd.ShearBuilding([1e12], 1.0, 1.0, law="bouc_wen", yield_force=1.0, hardening_ratio=0.0)
     given = {"yield_force": wd.GivenValues(yield_drift), "exponent": wd.GivenValues(exponent)}
     scene = wd.Scene(storey, wd.FreeVibration(steps * step, velocity=1.0), scatter=given, recorders=("drift",))
@@ -103,12 +113,12 @@ def pushed_bouc_wen(
 
 
 def unsettled(z: np.ndarray) -> np.ndarray:
-    """Return the largest distance of z from its bound, 1, in the last quarter of its histories, shape [storey]."""
+    """Return the largest distance of z from its bound 1 in the last quarter of the histories, shape [storey]."""
     return np.abs(z[:, -(z.shape[1] // 4) :] - 1).max(axis=1)
 
 
 def bouc_wen_limits(exponent: np.ndarray, device: str | None = None) -> np.ndarray:
-    """Return the step from which z does not settle, as a multiple of uy / (n |v|), for each exponent."""
+    """Return the step above which z does not settle, divided by uy / (n |v|), for each exponent."""
 
     def fails(ratio: np.ndarray) -> np.ndarray:
         z, _ = pushed_bouc_wen(ratio.ravel(), np.repeat(exponent, ratio.shape[1]), 4000, device)
@@ -120,20 +130,21 @@ def bouc_wen_limits(exponent: np.ndarray, device: str | None = None) -> np.ndarr
 def yielding_drift(
     method: str, law: str, frequency_step: np.ndarray, steps: int, device: str | None
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return drifts over the yield drift of free oscillators whose elastic amplitude is DEMAND, and their status.
+    """Return drifts and status of free oscillators whose elastic amplitude is DEMAND times the yield drift.
 
     Args:
-        method: Row of METHODS.
-        law: Row of YIELDING_LAWS.
-        frequency_step: Initial w h [-], shape [oscillator].
-        steps: Steps taken.
-        device: Warp device.
+        method: Name of an integration method, a key of METHODS.
+        law: Name of a storey law, a key of YIELDING_LAWS.
+        frequency_step: Initial circular frequency times step, w h [1], shape [oscillator].
+        steps: Number of steps.
+        device: Warp device, such as "cpu"; None: the default device.
 
     Returns:
-        Drifts, shape [oscillator, time], and what the kernel itself says, shape [oscillator].
+        Drifts divided by the yield drift, shape [oscillator, time], and the status that the kernel reports, shape
+        [oscillator].
     """
     how = YIELDING_LAWS[law]
-    yield_drift = 1 / (DEMAND * frequency_step)  # at 1 m/s and a step of 1 s
+    yield_drift = 1 / (DEMAND * frequency_step)  # for a velocity of 1 m/s and a step of 1 s
     given = {"stiffness": wd.GivenValues(frequency_step**2)}
     if law != "elastic":
         how = how | {"yield_force": 1.0}
@@ -147,29 +158,30 @@ def yielding_drift(
 
 
 def exact_peak(law: str) -> float:
-    """Return the peak drift of these oscillators over the yield drift: where the work done is DEMAND^2 / 2."""
+    """Return the exact peak drift divided by the yield drift: there the work of the force is DEMAND^2 / 2."""
     work = DEMAND**2 / 2
     if law == "elastic":
         return DEMAND
     if law == "elastic_perfectly_plastic":
         return work + 0.5
-    return brentq(lambda x: x - 1 + np.exp(-x) - work, work, work + 1, xtol=1e-14)  # z = 1 - exp(-x) up to the peak
+    return brentq(lambda x: x - 1 + np.exp(-x) - work, work, work + 1, xtol=1e-14)  # z = 1 - exp(-x) until the peak
 
 
 def clock(step: float, duration: float) -> np.ndarray:
-    """Return float32 times that a step was added to, as often coded, at the start of each step [s]."""
+    """Return the start times of the steps [s] in float32, computed by adding the step, as many programs do."""
     return np.add.accumulate(np.append(np.float32(0), np.full(round(duration / step), step, dtype=np.float32)))
 
 
 def frame_in_numpy(step: float, every: int) -> np.ndarray:
-    """Return displacements of the seed frame under RK4 in float32, written in numpy, with two clocks [m].
+    """Return displacements of the seed frame [m], from RK4 in float32 written in numpy, with two ways to compute time.
 
     Args:
         step: Integration step [s].
-        every: Steps from one state kept to the next.
+        every: Number of steps between two kept states.
 
     Returns:
-        By time added up step by step, and by the step's number times the step, shape [clock, time, dof].
+        Displacements, shape [clock, time, dof]. Clock 0 adds the step to the time; clock 1 multiplies the number of the
+        step by the step.
     """
     p, load = frame.STRUCTURE.parameters, frame.LOAD
     count = round(load.duration / step)
@@ -177,7 +189,8 @@ def frame_in_numpy(step: float, every: int) -> np.ndarray:
     rates = np.linalg.solve(p["mass"], np.hstack([p["stiffness"], p["damping"]]))
     z = step * np.vstack([np.hstack([zero, one]), -rates])
     push = np.concatenate([np.zeros(3), np.linalg.solve(p["mass"], load.amplitude)])
-    # The four stages of a linear system in one: an increment from the state, and from the load at 0, h/2 and h.
+    # The four stages of RK4 for a linear system are combined: one increment from the state, and one from the load at 0,
+    # h/2 and h.
     of_state = (z @ (six + z / 2 @ (six + z / 3 @ (six + z / 4)))).astype(np.float32)
     of_load = [six + z @ (six + z / 2 @ (six + z / 2)), 4 * six + 2 * z + z @ z / 2, six]
     half, w = np.float32(step / 2), np.float32(load.circular_frequency)
@@ -199,7 +212,7 @@ def frame_in_numpy(step: float, every: int) -> np.ndarray:
 
 
 def frame_errors(step: float, device: str | None = None) -> dict[str, float]:
-    """Return largest errors over the peak of the seed frame: kernels in both dtypes, and numpy with both clocks."""
+    """Return the largest error of the seed frame over its peak: kernels in both dtypes, and numpy with both clocks."""
     every = round(0.01 / step)
     exact = frame.exact(0.01 * np.arange(round(frame.LOAD.duration / 0.01) + 1))[0]
     accumulated, counted = frame_in_numpy(step, every)

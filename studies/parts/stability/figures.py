@@ -1,4 +1,4 @@
-"""Figures of the study stability on single oscillators: each takes its dataset and returns a matplotlib Figure."""
+"""Figures of the study stability on single oscillators; each function draws one figure of the dataset."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-# Colours by Okabe and Ito, distinct also for colour-blind readers, and a grey.
+# Colours of Okabe and Ito, which colour-blind readers can distinguish, and a grey.
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000", "0.55")
 STYLES = ("-", "--", ":")
 MEASURED, FAINT = "#F0E442", "0.6"
@@ -33,15 +33,15 @@ NAMES = {
 
 
 def words(name: str) -> str:
-    """Return a method's name for text."""
+    """Return the name of a method for figures."""
     return NAMES.get(name, name.replace("_", " "))
 
 
 def growth(dataset: xr.Dataset) -> Figure:
-    """Draw each method's map of growth with its limit, measured over theoretical.
+    """Return a figure with a map of the growth per step of each method, and its measured and theoretical limits.
 
     Args:
-        dataset: Dataset written by studies/stability.py.
+        dataset: Dataset that studies/stability.py wrote.
     """
     figure = Figure(figsize=(15, 8.2), layout="constrained")
     axes = figure.subplots(3, 6, sharex=True, sharey=True)
@@ -79,7 +79,7 @@ def limits(dataset: xr.Dataset) -> Figure:
     """Draw the stability limits over the damping ratio up to 1: theory as lines with labels, measurements as dots.
 
     Args:
-        dataset: Dataset written by studies/stability.py.
+        dataset: Dataset that studies/stability.py wrote.
     """
     figure = Figure(figsize=(10, 6.2), layout="constrained")
     axes = figure.subplots()
@@ -130,10 +130,10 @@ def _apart(values: np.ndarray, least: float) -> np.ndarray:
 
 
 def accuracy(dataset: xr.Dataset) -> Figure:
-    """Draw period error and numerical damping over the step in periods.
+    """Return a figure of period error and numerical damping against the step divided by the period.
 
     Args:
-        dataset: Dataset written by studies/stability.py.
+        dataset: Dataset that studies/stability.py wrote.
     """
     figure = Figure(figsize=(14, 5.6), layout="constrained")
     left, right = figure.subplots(1, 2)
@@ -169,10 +169,10 @@ def accuracy(dataset: xr.Dataset) -> Figure:
 
 
 def rk4(dataset: xr.Dataset) -> Figure:
-    """Draw undamped motions under RK4 on either side of its limit.
+    """Return a figure of undamped motions with RK4 at steps slightly below and above its stability limit.
 
     Args:
-        dataset: Dataset written by studies/stability.py.
+        dataset: Dataset that studies/stability.py wrote.
     """
     figure = Figure(figsize=(13, 4.8), layout="constrained")
     left, right = figure.subplots(1, 2)
@@ -204,7 +204,7 @@ FIGURES = {"growth": growth, "limits": limits, "accuracy": accuracy, "rk4": rk4}
 
 
 def equal_rows(values: xr.DataArray) -> list[list[str]]:
-    """Return the names along the first dimension whose rows are equal except for rounding, as groups."""
+    """Return groups of names along the first dimension; the values of the names in a group are equal within 1e-4."""
     groups: dict[int, list[str]] = {}
     rows = values.values
     for i, name in enumerate(values[values.dims[0]].values.tolist()):
@@ -214,6 +214,6 @@ def equal_rows(values: xr.DataArray) -> list[list[str]]:
 
 
 def grids(*axes: Axes) -> None:
-    """Draw a faint grid."""
+    """Draw a pale grid in each of the axes."""
     for axis in axes:
         axis.grid(alpha=0.3)

@@ -1,4 +1,4 @@
-"""The measured limits as a table for the documentation's pages on methods."""
+"""Writer of the measured stability limits, as a table for the pages on methods."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ import xarray as xr
 
 
 def write(result: xr.Dataset, damping_ratios: Sequence[float], path: Path) -> None:
-    """Write the measured limits of all methods that have one, one row per method, one column per damping ratio.
+    """Write the measured stability limits: one row per method that has a limit, one column per damping ratio.
 
     Args:
         result: Dataset of `build_dataset`.
-        damping_ratios: Damping ratios of the columns, of those that were measured.
-        path: The file.
+        damping_ratios: Damping ratios of the columns [1]; they must be among the measured ones.
+        path: Path of the CSV file that is written.
     """
     device = result.attrs["device"]
     lines = [

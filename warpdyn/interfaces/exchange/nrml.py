@@ -1,4 +1,4 @@
-"""Elements and allowed names of OpenQuake's XML format NRML 0.5."""
+"""Helpers for NRML 0.5, the XML format of OpenQuake: reading and writing elements, and checks of names."""
 
 from __future__ import annotations
 
@@ -15,17 +15,17 @@ from warpdyn.foundations.core.checks import check_kind
 from warpdyn.foundations.files.text import existing_file
 from warpdyn.interfaces.exchange.text_files import check_same_format, write_text
 
-PROGRAM = "warpdyn"  # id of the models that warpdyn writes
+PROGRAM = "warpdyn"  # value of the XML attribute `id` in the models that warpdyn writes
 NAMESPACE = "http://openquake.org/xmlns/nrml/0.5"
 LOSS_TYPES = (
     *("structural", "nonstructural", "contents", "business_interruption"),
     *("occupants", "occupants_day", "occupants_night", "occupants_transit"),
 )
-LONGEST_NAME = 75  # largest number of characters of a limit state's name; MAX_ID_LENGTH in OpenQuake
+LONGEST_NAME = 75  # largest number of characters in the name of a damage state; MAX_ID_LENGTH in OpenQuake
 
 
 def check_by_taxonomy(function: str, datasets: object, argument: str) -> None:
-    """Raise an error unless an argument maps names of taxonomies to datasets."""
+    """Raise an error unless an argument is a mapping of taxonomy names to datasets with at least one entry."""
     advice = "pass {'taxonomy': dataset}"
     if isinstance(datasets, xr.Dataset):  # a Dataset is a mapping, too
         raise TypeError(
@@ -43,14 +43,14 @@ def check_by_taxonomy(function: str, datasets: object, argument: str) -> None:
 
 
 def check_taxonomy(function: str, taxonomy: object, what: str = "taxonomy") -> None:
-    """Raise a ValueError unless OpenQuake accepts the name of a taxonomy in exposures and functions."""
+    """Raise a ValueError unless OpenQuake accepts the name of a taxonomy: ASCII text without spaces, quotes or '#'."""
     good = isinstance(taxonomy, str) and taxonomy and taxonomy.isascii() and not re.search(r"[\s#'\"]", taxonomy)
     if not good:
         raise ValueError(f"{function}: {what} {taxonomy!r} must be ASCII text without spaces, quotes or '#'")
 
 
 def check_state_names(function: str, states: Iterable[object]) -> None:
-    """Raise a ValueError unless OpenQuake accepts the name of each damage state."""
+    """Raise a ValueError unless OpenQuake accepts the name of each damage state (characters and length)."""
     for state in states:
         if not re.fullmatch(r"[A-Za-z0-9_\-:]+", str(state)) or len(str(state)) > LONGEST_NAME:
             raise ValueError(
@@ -60,7 +60,7 @@ def check_state_names(function: str, states: Iterable[object]) -> None:
 
 
 def checked_description(function: str, description: str | None, default: str) -> str:
-    """Return the description of a model, which OpenQuake requires."""
+    """Return the description of a model without surrounding spaces; raise a ValueError if the text is empty."""
     text = default if description is None else description
     if not isinstance(text, str) or not text.strip():
         raise ValueError(f"{function}: description must be text (OpenQuake requires it), got {description!r}")
@@ -68,7 +68,7 @@ def checked_description(function: str, description: str | None, default: str) ->
 
 
 def model(tag: str, loss_type: str, description: str) -> tuple[ElementTree.Element, ElementTree.Element]:
-    """Return the root element of a file, and in it the element of the model with its description."""
+    """Create an NRML document; return its root element and the element of the model, which contains its description."""
     root = ElementTree.Element("nrml", xmlns=NAMESPACE)
     attributes = {"id": PROGRAM, "assetCategory": "buildings", "lossCategory": loss_type}
     found = ElementTree.SubElement(root, tag, attributes)
@@ -77,10 +77,10 @@ def model(tag: str, loss_type: str, description: str) -> tuple[ElementTree.Eleme
 
 
 def write_xml(function: str, path: Path, root: ElementTree.Element, overwrite: bool) -> Path:
-    """Write the root element of a model to a file, unless this would replace a file of another kind or program.
+    """Write an NRML document to a file, and return the path.
 
     Raises:
-        FileExistsError: If the file exists and `overwrite` is not set, unless warpdyn wrote a model of this kind in it.
+        FileExistsError: If the file exists, `overwrite` is False, and warpdyn did not write a model of this kind to it.
     """
     tag = root[0].tag
     mark = f'<{tag} id="{PROGRAM}"'
@@ -91,12 +91,12 @@ def write_xml(function: str, path: Path, root: ElementTree.Element, overwrite: b
 
 
 def row(values: Iterable[float]) -> str:
-    """Return numbers as text, with all digits, so that the same numbers are read back."""
+    """Return numbers as text, separated by spaces, with all digits, so that reading the text gives the same numbers."""
     return " ".join(repr(float(value)) for value in values)
 
 
 def read_model(function: str, path: str | os.PathLike, tag: str) -> ElementTree.Element:
-    """Return the element of the model in an NRML 0.5 file, with element names without namespace.
+    """Read an NRML 0.5 file and return the XML element of its model `tag`; namespaces are removed from element names.
 
     Raises:
         ValueError: If the file is not NRML 0.5 or contains another model.
@@ -124,7 +124,7 @@ def read_model(function: str, path: str | os.PathLike, tag: str) -> ElementTree.
 
 
 def child(path: object, parent: ElementTree.Element, tag: str) -> ElementTree.Element:
-    """Return a child of an element, or raise a ValueError that names the element and the child."""
+    """Return the child element `tag` of an XML element; if it is missing, raise a ValueError that names both."""
     found = parent.find(tag)
     if found is None:
         raise ValueError(f"{path}: {_named(parent)} has no {tag}: correct the file")
@@ -132,7 +132,7 @@ def child(path: object, parent: ElementTree.Element, tag: str) -> ElementTree.El
 
 
 def attribute(path: object, element: ElementTree.Element, name: str) -> str:
-    """Return an attribute of an element, or raise a ValueError that names the element and the attribute."""
+    """Return the text of an XML attribute; if it is missing, raise a ValueError that names element and attribute."""
     value = element.get(name)
     if value is None:
         raise ValueError(f"{path}: {_named(element)} has no attribute {name!r}: correct the file")
@@ -140,7 +140,7 @@ def attribute(path: object, element: ElementTree.Element, name: str) -> str:
 
 
 def number(path: object, element: ElementTree.Element, name: str, least: float = -np.inf) -> float:
-    """Return an attribute of an element as a finite number; raise a ValueError if it is below `least`."""
+    """Return an XML attribute as a number; raise a ValueError if it is not a finite number or is below `least`."""
     what = f"{name} of {_named(element)}"
     value = float(_numbers(path, what, attribute(path, element, name), 1)[0])
     if value < least:
@@ -149,7 +149,7 @@ def number(path: object, element: ElementTree.Element, name: str, least: float =
 
 
 def numbers(path: object, element: ElementTree.Element, count: int | None = None) -> np.ndarray:
-    """Return the numbers in an element; raise a ValueError unless there are `count`, all finite."""
+    """Return the numbers in the text of an XML element; raise a ValueError unless there are `count` finite numbers."""
     return _numbers(path, _named(element), element.text or "", count)
 
 

@@ -1,4 +1,4 @@
-"""Fragility models in OpenQuake's NRML 0.5."""
+"""Writer of fragility curves as fragility models of OpenQuake (NRML 0.5)."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ from warpdyn.interfaces.exchange.measures import measure_of, to_openquake
 from warpdyn.interfaces.exchange.text_files import checked_path
 
 FUNCTION = "write_nrml_fragility"
-# Probabilities of exceedance at the default minimum and maximum intensity. Intensities below the minimum contribute
-# almost nothing to an annual rate, even with a steep hazard curve. Above the maximum, OpenQuake keeps the probability
-# constant.
+# By default, the minimum intensity in the file has an exceedance probability of 1e-6, and the maximum one of 0.999.
+# Intensities below the minimum contribute almost nothing to an annual rate, even with a steep hazard curve. Above the
+# maximum, OpenQuake keeps the probability constant.
 LEAST_PROBABILITY, GREATEST_PROBABILITY = 1e-6, 0.999
 
 
@@ -44,48 +44,53 @@ def write_nrml_fragility(
 ) -> Path:
     """Write fragility curves as a fragility model of OpenQuake (NRML 0.5).
 
-    Continuous functions are lognormal. The file contains the arithmetic mean of the capacity, m exp(b^2 / 2) for median
-    m and dispersion b, and its standard deviation, mean sqrt(exp(b^2) - 1). Discrete functions contain probabilities at
-    given intensities: OpenQuake interpolates linearly between them, uses 0 below the first intensity, and the last
-    probability above the last one.
+    Continuous functions are lognormal. For a median m and a dispersion b, the file contains the arithmetic mean of the
+    capacity, m exp(b^2 / 2), and its standard deviation, mean sqrt(exp(b^2) - 1). Discrete functions contain the
+    probabilities of exceedance at given intensities. OpenQuake interpolates linearly between these intensities, uses
+    the probability 0 below the first one, and the last probability above the last one.
 
-    Unlike OpenQuake, warpdyn raises an error for curves that cross, decrease or exceed 1. Two lognormal curves with
-    different dispersions always cross somewhere: there is an error only if the difference is more than 0.001 between
-    the minimum and the maximum intensity. If discrete functions cross by less, the same probability is written for
-    both.
+    Curves that cross, decrease or exceed 1 raise an error here; OpenQuake accepts them. Two lognormal curves with
+    different dispersions always cross at some intensity. An error is raised only if, between the minimum and the
+    maximum intensity, the heavier state is more probable than the lighter one by more than 0.001. If discrete functions
+    cross by less, the file contains the same probability for both.
 
     Args:
-        curves: Result of `fragility` for each taxonomy, all with the same damage states, the lightest first:
-            `fragility_median(damage_state)` [g or SI] and `fragility_dispersion(damage_state)` [1], or, to write stripe
-            fractions, `exceedance_fraction(damage_state, stripe)`.
-        path: The file; its name ends in ".xml".
-        format: "continuous" or "discrete".
-        intensities: Increasing intensities of discrete functions [unit of the curves], at which the fitted curves are
-            written. None: the stripes, with the fractions of samples that exceeded a state.
+        curves: For each taxonomy, the result of `fragility`. All taxonomies need the same damage states, with the
+            lightest first. Variables: `fragility_median(damage_state)` [g or SI] and
+            `fragility_dispersion(damage_state)` [1]; to write the exceedance fractions of stripes (intensity levels),
+            `exceedance_fraction(damage_state, stripe)` [1].
+        path: Path of the file that is written; its name ends in ".xml".
+        format: "continuous" (lognormal functions) or "discrete" (probabilities at intensities).
+        intensities: Increasing intensities of discrete functions [unit of the curves]; the file contains the
+            probabilities of the fitted curves at them. None: the levels of the stripes, with the fraction of samples
+            that exceeded each state.
         measure: OpenQuake's name of the intensity measure, such as "SA(0.3)", "PGA" or "AvgSA". None: the measure of
             the curves; SA and AvgSA need a damping ratio of 5 %. Values are written in OpenQuake's unit (g, cm/s).
-        minimum_intensity: Minimum (minIML) of continuous functions [unit of the curves]. None: the attribute
-            `minimum_intensity` of the curves, as `read_nrml_fragility` sets it; without the attribute, the intensity at
-            which the probability of exceeding the lightest state is 1e-6.
-        maximum_intensity: Maximum (maxIML) [unit of the curves]; above it OpenQuake keeps the probability constant.
-            None: the attribute of the curves, or the intensity at which every state is exceeded with a probability of
-            at least 0.999.
-        no_damage_limit: Intensity up to which there is no damage [unit of the curves]. None: the attribute of the
-            curves. Without the attribute, discrete functions and functions with the attribute `minimum_intensity` have
-            no limit; other functions have the limit `minimum_intensity`.
+        minimum_intensity: Lowest intensity (minIML) of continuous functions [unit of the curves]. None: the attribute
+            `minimum_intensity` of the curves, which `read_nrml_fragility` sets. Without this attribute: the intensity
+            at which the probability of exceeding the lightest state is 1e-6.
+        maximum_intensity: Highest intensity (maxIML) of continuous functions [unit of the curves]; above it OpenQuake
+            keeps the probability constant. None: the attribute `maximum_intensity` of the curves. Without this
+            attribute: the intensity at which every state is exceeded with a probability of at least 0.999.
+        no_damage_limit: Intensity at and below which there is no damage [unit of the curves]. None: the attribute
+            `no_damage_limit` of the curves. Without this attribute, discrete functions and functions with the attribute
+            `minimum_intensity` have no limit; the limit of other functions is their `minimum_intensity`.
         loss_type: "structural", "nonstructural", "contents" or another loss type of OpenQuake.
-        description: Description of the model; None: the method of the fit, from the attributes of the curves.
-        overwrite: Whether to replace an existing file even if it is not a fragility model of warpdyn.
+        description: Description of the model. None: the attribute `fragility_method` of the curves, which describes the
+            fit.
+        overwrite: If True, replace an existing file of any content. If False, replace only a fragility model that
+            warpdyn wrote.
 
     Returns:
-        The path.
+        Path of the written file.
 
     Raises:
-        ValueError: If a state has no fit, curves of a continuous model are not lognormal, curves cross or damage states
-            differ between taxonomies, probabilities decrease or are not from 0 to 1, intensities do not increase, or
-            OpenQuake does not accept the measure, its unit or a name. The error names taxonomy, state and intensity.
-        TypeError: If `curves` does not map taxonomies to datasets.
-        OSError: If the file cannot be written, or exists with other content.
+        ValueError: If a state has no fitted curve; if curves of a continuous model are not lognormal; if curves cross;
+            if damage states differ between taxonomies; if probabilities decrease or are not from 0 to 1; if intensities
+            do not increase; or if OpenQuake does not accept the measure, its unit or a name. The error names taxonomy,
+            state and intensity.
+        TypeError: If `curves` is not a mapping of taxonomies to datasets.
+        OSError: If the file cannot be written, or exists with other content and `overwrite` is False.
 
     Example:
         >>> path = wd.write_nrml_fragility({"CR/LFM/HEX:2": curves}, "fragility.xml")
@@ -154,7 +159,7 @@ def _add_continuous(
     factor: float,
     bounds: tuple[float | None, ...],
 ) -> None:
-    """Add the intensity limits and each state's mean and standard deviation to a function element."""
+    """Add a continuous function to its XML element: intensity limits, and mean and standard deviation of each state."""
     check_order(what, curves)
     if curves.shape.name != LOGNORMAL.name:
         raise ValueError(
@@ -171,7 +176,7 @@ def _add_continuous(
     )
     is_given = any(value is not None for value in bounds)
     own = curves.limits
-    is_of_file = least is None and MINIMUM in dataset.attrs  # such a file may have no noDamageLimit
+    is_of_file = least is None and MINIMUM in dataset.attrs  # a file may lack noDamageLimit
     least = own.minimum if is_of_file else least or defaults[0]
     greatest = greatest or (own.maximum if np.isfinite(own.maximum) else defaults[1])
     if limit is None:
@@ -180,7 +185,7 @@ def _add_continuous(
         raise ValueError(
             f"{what}: maximum_intensity ({greatest:g} {units}) must be above minimum_intensity ({least:g})"
         )
-    # Limits that were read from a file may be above a median; limits given by the user must not be.
+    # The user must give limits on either side of the medians; limits that were read from a file may be above a median.
     if is_given and (not max(least, limit) < median[0] or not greatest > median[-1]):
         raise ValueError(
             f"{what}: minimum_intensity ({least:g} {units}) and no_damage_limit ({limit:g}) must be below the smallest "
@@ -207,7 +212,7 @@ def _add_discrete(
     intensities: ArrayLike | None,
     no_damage_limit: float | None,
 ) -> None:
-    """Add the intensities and each state's probabilities to a function element."""
+    """Add a discrete function to its XML element: its intensities, and the probabilities of each state at them."""
     if intensities is None:
         assert curves.table is not None
         _, levels, probability = curves.table

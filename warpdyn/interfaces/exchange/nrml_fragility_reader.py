@@ -1,4 +1,4 @@
-"""Reader of fragility models in OpenQuake's NRML 0.5."""
+"""Reader of fragility models of OpenQuake (NRML 0.5)."""
 
 from __future__ import annotations
 
@@ -21,23 +21,23 @@ READER = "read_nrml_fragility"
 
 
 def read_nrml_fragility(path: str | os.PathLike) -> dict[str, xr.Dataset]:
-    """Read a fragility model of OpenQuake (NRML 0.5), written by `write_nrml_fragility` or another program.
+    """Read a fragility model of OpenQuake (NRML 0.5) that `write_nrml_fragility` or another program wrote.
 
     Args:
-        path: The file.
+        path: Path of the XML file.
 
     Returns:
         For each taxonomy, a dataset like the result of `fragility`. For continuous functions it contains
         `fragility_median(damage_state)` [g or SI] and `fragility_dispersion(damage_state)` [1], for discrete functions
         `exceedance_fraction(damage_state, stripe)` [1]. The attributes `no_damage_limit`, `minimum_intensity` and
-        `maximum_intensity` (noDamageLimit, minIML and maxIML in the file) are in the unit of the medians. Functions of
-        warpdyn that use or write the curves apply these limits as OpenQuake does: intensities are clipped to the
-        minimum and the maximum, and there is no damage at or below `no_damage_limit`.
+        `maximum_intensity` (in the file: noDamageLimit, minIML and maxIML) have the unit of the medians. warpdyn
+        applies these limits as OpenQuake does: it replaces intensities outside the minimum and the maximum by the
+        nearest of the two, and there is no damage at or below `no_damage_limit`.
 
     Raises:
-        ValueError: If the file is not a fragility model, a required element is missing, or values are not finite,
-            outside their range, decreasing or crossing, as in `write_nrml_fragility`. The error names the file and the
-            function.
+        ValueError: If the file is not a fragility model; if a required element is missing; or if values are not finite,
+            are outside their range, decrease, or belong to curves that cross by more than `write_nrml_fragility`
+            allows. The error names the file and the function.
         FileNotFoundError: If the file does not exist.
 
     Example:
@@ -90,7 +90,7 @@ def read_nrml_fragility(path: str | os.PathLike) -> dict[str, xr.Dataset]:
 
 
 def _rows(path: object, function: ElementTree.Element, tag: str, states: list[str]) -> list[ElementTree.Element]:
-    """Return the element of each state; the states must be in the order of limitStates."""
+    """Return the XML elements `tag` of a function, one per damage state; raise a ValueError if their order is wrong."""
     rows = function.findall(tag)
     names = [nrml.attribute(path, row, "ls") for row in rows]
     if names != states:
@@ -104,7 +104,10 @@ def _rows(path: object, function: ElementTree.Element, tag: str, states: list[st
 def _continuous(
     path: object, function: ElementTree.Element, states: list[str], units: str, factor: float, attributes: dict
 ) -> tuple[dict[str, Any], dict[str, Any]]:
-    """Return the variables and coordinates of a continuous function, and add its limits to the attributes."""
+    """Return the dataset variables and coordinates of a continuous function.
+
+    The minimum and maximum intensity of the function are added to the dictionary `attributes`.
+    """
     rows = _rows(path, function, "params", states)
     mean, stddev = (np.array([nrml.number(path, row, name) for row in rows]) for name in ("mean", "stddev"))
     for state, m, s in zip(states, mean, stddev, strict=True):
@@ -156,7 +159,7 @@ def _check(what: str, dataset: xr.Dataset) -> None:
 def _discrete(
     path: object, function: ElementTree.Element, states: list[str], units: str, factor: float, attributes: dict
 ) -> tuple[dict[str, Any], dict[str, Any]]:
-    """Return the variables and coordinates of a discrete function."""
+    """Return the dataset variables and coordinates of a discrete function."""
     rows = _rows(path, function, "poes", states)
     levels = nrml.numbers(path, nrml.child(path, function, "imls"))
     probability = np.array([nrml.numbers(path, row, len(levels)) for row in rows])

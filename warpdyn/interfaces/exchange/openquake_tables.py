@@ -1,4 +1,4 @@
-"""OpenQuake's tables: functions of each taxonomy (taxonomy mapping), and consequences of damage states."""
+"""OpenQuake's tables in CSV files: functions of each taxonomy (taxonomy mapping), and consequences of damage states."""
 
 from __future__ import annotations
 
@@ -16,29 +16,32 @@ from warpdyn.interfaces.exchange import nrml
 from warpdyn.interfaces.exchange.text_files import check_same_table, checked_path, write_text
 
 TAXONOMIES, CONSEQUENCES = "write_taxonomy_mapping", "write_consequences"
-# Kinds of consequences whose values are fractions: of the replacement value, of buildings or of occupants.
+# Kinds of consequences. Their values are fractions of the replacement value, of the buildings or of the occupants.
 KINDS = ("losses", "collapsed", "non_operational", "injured", "fatalities", "homeless")
-SHAKING = ("groundshaking", "earthquake")  # perils; the second is the engine's name of the first until 2025
-SUM_TOLERANCE = 1e-7  # of weights; the engine's pmf.PRECISION
+SHAKING = ("groundshaking", "earthquake")  # names of the same peril in OpenQuake: since 2025, and until 2025
+SUM_TOLERANCE = 1e-7  # allowed difference between a sum of weights and 1; pmf.PRECISION in OpenQuake's engine
 
 
 def write_taxonomy_mapping(
     mapping: Mapping[str, str | Mapping[str, float]], path: str | os.PathLike, *, overwrite: bool = False
 ) -> Path:
-    """Write OpenQuake's taxonomy mapping: ids of fragility or vulnerability functions for each taxonomy of an exposure.
+    """Write OpenQuake's taxonomy mapping: for each taxonomy of an exposure, the ids of its functions with weights.
+
+    The ids are those of fragility or vulnerability functions in an NRML file.
 
     Args:
-        mapping: For each taxonomy the id of its function, or a mapping of ids to weights [1] whose sum is 1.
-        path: The file; its name ends in ".csv".
-        overwrite: Whether to replace an existing file even if it is not a table with the same columns.
+        mapping: For each taxonomy, the id of its function, or a mapping of several ids to weights [1] whose sum is 1.
+        path: Path of the file that is written; its name ends in ".csv".
+        overwrite: If True, replace an existing file of any content. If False, replace only a table with the same
+            columns.
 
     Returns:
-        The path.
+        Path of the written file.
 
     Raises:
         ValueError: If weights are not above 0 or their sum is not 1, or OpenQuake does not accept a name.
         TypeError: If `mapping` is not a mapping.
-        OSError: If the file cannot be written, or exists with other content.
+        OSError: If the file cannot be written, or exists with other content and `overwrite` is False.
 
     Example:
         >>> path = wd.write_taxonomy_mapping({"CR/LFM": {"C1M_H": 0.7, "C1M_L": 0.3}, "W": "W1"}, "mapping.csv")
@@ -76,16 +79,18 @@ def write_taxonomy_mapping(
 
 
 def read_taxonomy_mapping(path: str | os.PathLike) -> dict[str, dict[str, float]]:
-    """Read OpenQuake's taxonomy mapping: the functions of each taxonomy with their weights.
+    """Read OpenQuake's taxonomy mapping: the ids of the functions of each taxonomy, with weights.
 
-    If several rows have the same taxonomy and function, their weights are added, as in OpenQuake; GEM's published
-    mappings have such rows.
+    If several rows have the same taxonomy and function, as in mappings that GEM published, their weights are added.
+    OpenQuake does the same.
 
     Args:
-        path: The CSV file with columns `taxonomy`, `risk_id` (in old files `conversion`) and optionally `weight`.
+        path: Path of the CSV file, with the columns `taxonomy`, `risk_id` (`conversion` in old files) and optionally
+            `weight`.
 
     Returns:
-        For each taxonomy the weight [1] of each function.
+        For each taxonomy, a mapping from the id of each function to its weight [1]; the weight is 1 without the column
+        `weight`.
 
     Raises:
         ValueError: If a column is missing, OpenQuake does not accept a name, a weight is not a number above 0, or the
@@ -129,26 +134,28 @@ def write_consequences(
     loss_type: str = "structural",
     overwrite: bool = False,
 ) -> Path:
-    """Write the consequences (such as loss ratios) of each damage state for OpenQuake's damage calculations.
+    """Write the consequences of each damage state, such as loss ratios, for OpenQuake's damage calculations.
 
     Args:
         consequences: For each id of a function, a mapping from each damage state, the lightest first, to a fraction
-            [1]: of the replacement value ("losses"), of buildings ("collapsed", "non_operational") or of people
-            ("injured", "fatalities", "homeless"). If a pair is given, such as mean and coefficient of variation, the
-            mean is written.
-        path: The file; its name ends in ".csv".
-        consequence: Kind of the consequence: one of the words in quotes above, such as "losses".
+            [1]. It is a fraction of the replacement value ("losses"), of the buildings ("collapsed", "non_operational")
+            or of the people ("injured", "fatalities", "homeless"). If a pair is given, such as mean and coefficient of
+            variation, only the first number is written.
+        path: Path of the file that is written; its name ends in ".csv".
+        consequence: Kind of the consequence: "losses", "collapsed", "non_operational", "injured", "fatalities" or
+            "homeless".
         loss_type: "structural", "nonstructural", "contents" or another loss type of OpenQuake.
-        overwrite: Whether to replace an existing file even if it is not a table with the same columns.
+        overwrite: If True, replace an existing file of any content. If False, replace only a table with the same
+            columns.
 
     Returns:
-        The path.
+        Path of the written file.
 
     Raises:
-        ValueError: If a fraction is not from 0 to 1 or decreases from one state to the next, ids have different states,
-            or OpenQuake does not accept a name.
-        TypeError: If `consequences` does not map ids to shares.
-        OSError: If the file cannot be written, or exists with other content.
+        ValueError: If a fraction is not from 0 to 1 or decreases from one state to the next, if two ids have different
+            states, or if OpenQuake does not accept a name.
+        TypeError: If `consequences` is not a mapping of ids to mappings of damage states to fractions.
+        OSError: If the file cannot be written, or exists with other content and `overwrite` is False.
 
     Example:
         >>> wd.write_consequences({"C1M_H": wd.hazus_loss_ratios("RES3")}, "consequences.csv").name
@@ -184,7 +191,7 @@ def write_consequences(
 
 
 def _check_order(what: str, shares: Mapping[str, float]) -> None:
-    """Raise a ValueError if the fraction decreases from one damage state to the next."""
+    """Raise a ValueError if the fraction of a damage state is below the fraction of the next lighter state."""
     for (lighter, one), (heavier, other) in pairwise(shares.items()):
         if other < one:
             raise ValueError(
@@ -210,21 +217,23 @@ def _share(risk_id: str, state: str, given: object) -> float:
 def read_consequences(
     path: str | os.PathLike, *, consequence: str = "losses", loss_type: str = "structural"
 ) -> dict[str, dict[str, float]]:
-    """Read the consequences (such as loss ratios) of each damage state.
+    """Read one kind of consequence of each damage state, such as loss ratios, from a CSV file of OpenQuake.
 
     Args:
-        path: The CSV file with columns `risk_id` (in old files `taxonomy`), `consequence`, optionally `loss_type` and
-            `peril`, and one column per damage state. Only rows with the peril "groundshaking" (until 2025
-            "earthquake"), or without a peril, are read.
-        consequence: Kind of the consequence to read, such as "losses".
-        loss_type: Loss type to read.
+        path: Path of the CSV file, with the columns `risk_id` (`taxonomy` in old files), `consequence`, optionally
+            `loss_type` and `peril`, and one column per damage state. Only rows with the peril "groundshaking" (until
+            2025 "earthquake"), or without a peril, are read.
+        consequence: Kind of consequence that is read, such as "losses".
+        loss_type: Loss type that is read, such as "structural", which is also the loss type of a file without this
+            column.
 
     Returns:
-        For each id, the fraction [1] of each damage state, in the form that `write_consequences` needs.
+        For each id of a function, a mapping from each damage state to its fraction [1]; `write_consequences` accepts
+        it.
 
     Raises:
-        ValueError: If a column is missing, a fraction is not a number from 0 to 1 or decreases from one state to the
-            next, or the file does not contain the consequence or contains an id twice. The error names the file.
+        ValueError: If a column is missing, if a fraction is not a number from 0 to 1 or decreases from one state to the
+            next, or if the file lacks the consequence or contains an id twice. The error names the file.
         FileNotFoundError: If the file does not exist.
         TypeError: If `path` is not a path.
 
@@ -237,7 +246,7 @@ def read_consequences(
         checked_text(f"read_consequences: {name}", word)
     found: dict[str, dict[str, float]] = {}
     named = {"risk_id", "taxonomy", "consequence", "loss_type", "peril"}
-    others: dict[str, None] = {}  # other consequences in the file, in the order of the file
+    others: dict[str, None] = {}  # names of the consequences that are not read, in the order of the file
     for row in _csv_rows("read_consequences", path, ("consequence",)):
         peril = row.get("peril") or SHAKING[0]
         of_row = row["consequence"], row.get("loss_type") or "structural"
@@ -272,7 +281,7 @@ def _csv_text(rows: Sequence[Sequence[object]]) -> str:
 
 
 def _csv_rows(function: str, path: str | os.PathLike, needed: Sequence[str]) -> list[dict[str, str]]:
-    """Return the rows of a CSV file as mappings from column names to values."""
+    """Return the rows of a CSV file as mappings from column names to texts; a missing column raises an error."""
     text = io.StringIO(read_csv_text(function, path), newline="")
     reader = csv.DictReader(text, skipinitialspace=True, strict=True)
     try:
@@ -298,7 +307,7 @@ def _csv_rows(function: str, path: str | os.PathLike, needed: Sequence[str]) -> 
 
 
 def _check_header(path: object, names: Sequence[str]) -> None:
-    """Raise a ValueError unless the names of columns are separated by commas and unique."""
+    """Raise a ValueError unless the column names of a CSV file are separated by commas and differ from each other."""
     try:
         check_separator(",".join(names) if len(names) > 1 else "".join(names))
         check_names(names)
@@ -307,7 +316,11 @@ def _check_header(path: object, names: Sequence[str]) -> None:
 
 
 def _csv_number(path: object, what: str, word: str, *, above: float | None = None, most: float | None = None) -> float:
-    """Return a finite number that is above `above`, or from 0 to `most`, if these are given; raise a ValueError."""
+    """Return the number in a cell of a CSV file.
+
+    Raises:
+        ValueError: If the text is not a finite number, or the number is not above `above`, or not from 0 to `most`.
+    """
     try:
         value = float(word)
     except ValueError:

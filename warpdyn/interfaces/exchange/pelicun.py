@@ -1,4 +1,4 @@
-"""Demand samples of pelicun, SimCenter's FEMA P-58 engine."""
+"""Writer of demand samples for pelicun, SimCenter's engine for loss assessment by FEMA P-58."""
 
 from __future__ import annotations
 
@@ -23,7 +23,8 @@ from warpdyn.interfaces.exchange.text_files import check_same_table, checked_pat
 
 FUNCTION = "write_pelicun_demands"
 EVENT, DIRECTION = 1, 1
-# Units of intensity measures in pelicun: keys are OpenQuake's name and the unit in the dataset.
+# Unit of each intensity measure in pelicun. A key consists of the name of the measure in OpenQuake and the unit in the
+# run.
 INTENSITIES = {("PGA", "g"): "g", ("SA", "g"): "g", ("PGV", "m s-1"): "mps", ("PGD", "m"): "m"}
 
 
@@ -35,40 +36,44 @@ def write_pelicun_demands(
     collapse_drift_ratio: float | None = None,
     overwrite: bool = False,
 ) -> Path:
-    """Write the demands of a run as a demand sample of pelicun, one row per sample.
+    """Write the demands of a run as a demand sample of pelicun, with one row per sample.
 
-    Columns are peak storey drift ratios (`1-PID-1-1` [rad] for storey 1) and, if they were recorded, residual drift
-    ratios (`1-RID-1-1` [rad]) and peak floor accelerations (`1-PFA-1-1` [m/s2]; floor 0 is the peak ground acceleration
-    of the scaled motion). The last column is the intensity measure, if pelicun has it: `1-SA_0.75-0-1` or `1-PGA-0-1`
-    [g], PGV or PGD. If a sample failed, the column `1-ERROR-0-1` makes pelicun ignore it. For a building on isolators,
-    storey 1 is the first storey above the isolators and floor 0 the base slab. The storey of a tuned mass damper is not
-    written.
+    Columns are the peak storey drift ratios (`1-PID-1-1` [rad] for storey 1) and, if they were recorded, residual drift
+    ratios (`1-RID-1-1` [rad]) and peak floor accelerations (`1-PFA-1-1` [m/s2]). Floor 0 has the peak ground
+    acceleration of the scaled motion. The last column is the intensity measure, if pelicun supports it: `1-SA_0.75-0-1`
+    or `1-PGA-0-1` [g], PGV [m/s] or PGD [m]. If a sample failed, the table has the column `1-ERROR-0-1`, by which
+    pelicun ignores failed samples. For a building on isolators, storey 1 is the first storey above the isolators, and
+    floor 0 is the base slab. The storey of a tuned mass damper is not written.
 
     FEMA P-58 treats collapses separately, without demands. pelicun recognises a collapse by a storey drift ratio at or
     above a limit: `CensorUpper` of PID in the calibration of its demand model, or the capacity of its collapse check.
-    Therefore a collapsed sample is written without residual drifts and with the drifts reached until collapse; in the
-    storey that collapsed, the written drift ratio is at least the limit. Samples without collapse are below the limit.
-    A message gives the limit to use in pelicun.
+    Therefore the row of a collapsed sample contains the drifts reached until collapse and no residual drifts, and the
+    drift ratio of the storey that collapsed is at least the limit. Samples without collapse are below the limit. A
+    message of the logger "warpdyn" reports the limit that must be set in pelicun.
 
     Args:
-        run: Result of `simulate` for a building, with the recorder "drift" and, for their columns, "acceleration" and
-            "residual".
-        path: The file; its name ends in ".csv".
-        level: The stripe or stripes to write [unit of `im_level`]; required if the run has several.
-        collapse_drift_ratio: The limit [1]. If a collapsed sample ended below it (because of rounding, or of a smaller
-            drift capacity of a storey), the limit is written. None: the scene's `collapse_drift_ratio`; if the scene
-            has none, or a sample without collapse reaches it, drifts are written unchanged, and there is an error
-            unless another limit separates collapsed samples from the others.
-        overwrite: Whether to replace an existing file even if it is not a table with the same columns.
+        run: Result of `simulate` for a building, with the recorder "drift". The recorders "acceleration" and "residual"
+            add the columns of floor accelerations and residual drifts.
+        path: Path of the file that is written; its name ends in ".csv".
+        level: Intensity level of the stripe or stripes that are written [unit of `im_level`]; required if the run has
+            several.
+        collapse_drift_ratio: Storey drift ratio [1] that separates collapsed samples from the others. If a collapsed
+            sample ended below it (because of rounding, or of a smaller drift capacity of a storey), the limit is
+            written instead. None: the `collapse_drift_ratio` of the scene. If the scene does not define it, or a sample
+            without collapse reaches it, drifts are written unchanged; an error is raised if no limit separates the
+            collapsed samples from the others.
+        overwrite: If True, replace an existing file of any content. If False, replace only a table with the same
+            columns.
 
     Returns:
-        The path.
+        Path of the written file.
 
     Raises:
-        ValueError: If the run is that of a portfolio or an event sequence; if it lacks drifts, the peak accelerations
-            of its motions or the stripe; if every sample failed; or if a sample without collapse reaches the limit.
+        ValueError: If the run is that of a portfolio or an event sequence; if the run lacks drifts, the peak
+            accelerations of its motions or the stripe; if every sample failed; or if a sample without collapse reaches
+            the limit.
         TypeError: If `run` is not a Dataset.
-        OSError: If the file cannot be written, or exists with other content.
+        OSError: If the file cannot be written, or exists with other content and `overwrite` is False.
 
     Example:
         >>> path = wd.write_pelicun_demands(run, "demands.csv", level=0.4, collapse_drift_ratio=0.1)  # g
@@ -117,7 +122,7 @@ def _column(kind: str, location: int) -> str:
 
 
 def _at_levels(run: xr.Dataset, level: float | Sequence[float] | None) -> xr.Dataset:
-    """Return the samples on the given stripes, or all samples if the run has at most one stripe."""
+    """Return the samples of a run at the given intensity levels; None: all samples of a run with at most one stripe."""
     has_levels = "im_level" in run.coords
     levels = np.unique(run["im_level"].values) if has_levels else np.empty(0)
     is_striped = has_levels and run["im_level"].attrs.get("design") == STRIPED
@@ -143,7 +148,7 @@ def _at_levels(run: xr.Dataset, level: float | Sequence[float] | None) -> xr.Dat
 
 
 def _with_collapses(run: xr.Dataset, drift: np.ndarray, status: np.ndarray, limit: float | None) -> np.ndarray:
-    """Return drift ratios, [sample, storey], changed so that a limit separates collapsed samples from the others."""
+    """Return drift ratios, shape [sample, storey], in which collapsed samples are at or above the collapse limit."""
     if limit is not None:
         limit = real_number(f"{FUNCTION}: collapse_drift_ratio", limit, above=0)
         warn_of_implausible_limits({"": limit}, "collapse_drift_ratio")
@@ -170,7 +175,8 @@ def _with_collapses(run: xr.Dataset, drift: np.ndarray, status: np.ndarray, limi
                 f"of a sample without collapse {highest:.4g}, so pelicun cannot separate them by a limit: give "
                 f"collapse_drift_ratio= above {highest:.4g}; collapsed samples then get at least this value"
             )
-        # Round the bounds towards each other, so that a limit within the printed bounds is valid.
+        # The smaller bound is rounded up and the larger one down, so that any limit between the printed bounds is
+        # valid.
         bounds = np.ceil(highest * 1e5) / 1e5, np.floor(at_end.min() * 1e5) / 1e5
         above, most = bounds if bounds[0] < bounds[1] else (highest, at_end.min())
         allowed = f"above {above:.10g} and at most {most:.10g}"
@@ -191,7 +197,7 @@ def _with_collapses(run: xr.Dataset, drift: np.ndarray, status: np.ndarray, limi
 
 
 def _limit_of_scene(run: xr.Dataset) -> float | None:
-    """Return the collapse drift ratio of the run's scene; None if it is unknown."""
+    """Return the `collapse_drift_ratio` [1] of the scene of a run; None if the run does not contain it."""
     try:
         limit = json.loads(run.attrs.get("scene", "{}")).get("collapse_drift_ratio")
     except (json.JSONDecodeError, AttributeError, TypeError):
@@ -202,7 +208,8 @@ def _limit_of_scene(run: xr.Dataset) -> float | None:
 def _building_alone(run: xr.Dataset) -> tuple[np.ndarray | None, xr.Dataset]:
     """Return the peak accelerations of the base slab, and the run without isolators and tuned mass damper.
 
-    For a building without isolators at its base, or a run without accelerations, the accelerations are missing (None).
+    The accelerations [m/s2] have the shape [sample]. They are None if the building has no isolators at its base, or if
+    the run has no floor accelerations.
     """
     if STOREY_KIND not in run.coords or not run[STOREY_KIND].values.any():
         return None, run
@@ -214,7 +221,7 @@ def _building_alone(run: xr.Dataset) -> tuple[np.ndarray | None, xr.Dataset]:
 
 
 def _peak_ground_acceleration(run: xr.Dataset) -> np.ndarray:
-    """Return the peak acceleration of each sample's scaled motion [m/s2]."""
+    """Return the peak ground acceleration [m/s2] of the scaled motion of each sample, shape [sample]."""
     needed = ("motion_peak_acceleration", "motion_index", "scale_factor_of_motion")
     missing = [name for name in needed if name not in run]
     if missing:
@@ -226,7 +233,7 @@ def _peak_ground_acceleration(run: xr.Dataset) -> np.ndarray:
 
 
 def _intensity(run: xr.Dataset) -> dict[str, tuple[str, np.ndarray]]:
-    """Return the column of the intensity measure, or an empty mapping if pelicun does not have the measure."""
+    """Return name, unit and values of the column for the intensity measure; empty if pelicun does not support it."""
     if "im_level" not in run.coords:
         return {}
     attributes = run["im_level"].attrs

@@ -1,4 +1,4 @@
-"""Reader of pelicun's demand samples."""
+"""Reader of demand samples of pelicun, SimCenter's engine for loss assessment by FEMA P-58."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from warpdyn.foundations.files.text import check_names, check_separator, read_cs
 from warpdyn.model.ground_motions.measures.names import measure_named
 
 FUNCTION = "read_pelicun_demands"
-# Factors from pelicun's units to SI. For an unknown unit, pelicun uses the factor 1; warpdyn raises an error.
+# Factors from units of pelicun to SI units. pelicun uses the factor 1 for an unknown unit; warpdyn raises an error.
 ACCELERATIONS = {"mps2": 1.0, "g": STANDARD_GRAVITY, "inps2": 0.0254, "inchps2": 0.0254, "ftps2": 0.3048}
 RATIOS = {"rad": 1.0, "unitless": 1.0}
 VELOCITIES = {"mps": 1.0, "cmps": 0.01, "inps": 0.0254, "inchps": 0.0254, "ftps": 0.3048}
@@ -32,25 +32,27 @@ FACTORS |= {"PGV": VELOCITIES, "PGD": LENGTHS}
 def read_pelicun_demands(
     path: str | os.PathLike, *, direction: int = 1, units: Mapping[str, str] | None = None
 ) -> xr.Dataset:
-    """Read a demand sample of pelicun, written by `write_pelicun_demands` or another program, in one direction.
+    """Read the demands in one direction from a demand sample of pelicun, which warpdyn or another program wrote.
 
     Args:
-        path: The CSV file, with columns `[event-]TYPE-location-direction` and a row of units below the names.
-        direction: Direction to read.
-        units: Unit of each kind of demand, for a file without a row of units, such as `{"PFA": "mps2", "PID": "rad",
-            "SA": "g"}`. If the file has a row of units, they must be the same.
+        path: Path of the CSV file, with columns `[event-]TYPE-location-direction` and a row of units below their names.
+        direction: Number of the direction whose demands are read; columns of other directions are ignored.
+        units: Unit of each kind of demand, for a file without a row of units, such as
+            `{"PFA": "mps2", "PID": "rad", "SA": "g"}`. If the file has a row of units, both must agree.
 
     Returns:
         Dataset like the result of `simulate`, with the variables that the file contains:
-        `peak_storey_drift_ratio(sample, storey)` [1], `residual_drift_ratio(sample, storey)` [1],
-        `peak_floor_acceleration(sample, floor)` [m/s2], `peak_ground_acceleration(sample)` [m/s2] (floor 0), the
-        coordinate `im_level(sample)` [g; PGV and PGD in SI units] (if the file has several measures, one coordinate
-        per measure with pelicun's name), and `failed(sample)`, which is 1 for a sample with ERROR in the file. A
-        collapsed sample has NaN, or a drift ratio at or above the limit with which the file was written.
+            `peak_storey_drift_ratio(sample, storey)` [1], `residual_drift_ratio(sample, storey)` [1],
+            `peak_floor_acceleration(sample, floor)` [m/s2] and `peak_ground_acceleration(sample)` [m/s2] (floor 0).
+            `failed(sample)` is 1 for a sample with ERROR in the file, else 0. The intensity measure is the coordinate
+            `im_level(sample)` [g; PGV in m/s, PGD in m]. If the file has several measures, each is a coordinate with
+            the name that pelicun uses. A collapsed sample has NaN, or a drift ratio at or above the collapse limit with
+            which the file was written.
 
     Raises:
-        ValueError: If a unit is missing or wrong for the demand, a column occurs twice, a value is infinite or negative
-            (residual drifts may be negative), or there is no demand in this direction. The error names the file.
+        ValueError: If a unit is missing or wrong for the demand, if a column occurs twice, if a value is infinite or
+            negative (residual drifts may be negative), or if there is no demand in this direction. The error names the
+            file.
         FileNotFoundError: If the file does not exist.
         TypeError: If `path` is not a path.
 
@@ -127,7 +129,7 @@ def read_pelicun_demands(
 
 
 def _given_units(units: Mapping[str, str] | None) -> Mapping[str, str]:
-    """Return the user's units, which must be a mapping from kinds of demand to known units."""
+    """Return the argument `units` as a mapping; raise an error unless it maps kinds of demand to known units."""
     if units is None:
         return {}
     if not isinstance(units, Mapping):
@@ -139,7 +141,7 @@ def _given_units(units: Mapping[str, str] | None) -> Mapping[str, str]:
 
 
 def _numbers(path: object, name: object, column: pd.Series, is_magnitude: bool) -> np.ndarray:
-    """Return a column as numbers; empty cells are NaN. Infinite values and negative magnitudes are errors."""
+    """Return a column as numbers, NaN for empty cells; infinite values and negative magnitudes raise an error."""
     words = [re.sub(r"^(nan|na|n/a|)$", "nan", word.strip(), flags=re.IGNORECASE) for word in column]
     try:
         values = np.array([float(word) for word in words])
@@ -159,7 +161,7 @@ def _numbers(path: object, name: object, column: pd.Series, is_magnitude: bool) 
 
 
 def _labelled(found: dict[str, dict[int, np.ndarray]], failed: np.ndarray) -> xr.Dataset:
-    """Return the dataset of demands by kind and location."""
+    """Return a dataset with one variable per kind of demand, from values by kind and location, and failed samples."""
     numbers = {"sample": np.arange(len(failed), dtype=np.int32)}
     dataset = xr.Dataset(
         {"failed": ("sample", failed, {"long_name": "1 if the sample failed, else 0", "units": "1"})}, numbers
@@ -190,6 +192,6 @@ def _labelled(found: dict[str, dict[int, np.ndarray]], failed: np.ndarray) -> xr
         text: dict[str, object] = {"long_name": label_of_levels(measure), MEASURE: measure, **unit_attributes(units)}
         text |= {PERIOD: float(period), DAMPING: 0.05} if period else {}
         values = by_place[min(by_place)] / (STANDARD_GRAVITY if units == "g" else 1.0)
-        name = "im_level" if len(found) == 1 else kind  # a file may contain several measures
+        name = "im_level" if len(found) == 1 else kind  # several measures: the names in pelicun
         dataset = dataset.assign_coords({name: ("sample", values, text)})
     return dataset

@@ -1,4 +1,4 @@
-"""Tables of results for pandas and spreadsheets: CSV, Parquet and Excel."""
+"""Writer of results as tables for pandas and spreadsheets: CSV, Parquet and Excel."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ from warpdyn.interfaces.exchange.text_files import check_same_table, checked_pat
 
 FUNCTION = "write_table"
 DEFAULT_ROWS = "damage_state"
-WIDE = ("storey", "floor", "dof")  # dimensions that may have one column per position
-# Formats that need another package: their names, the package and its oldest version.
+WIDE = ("storey", "floor", "dof")  # dimensions that may be written as columns, one per storey, floor or dof
+# File formats that need a further package: name of the format, name of the package, and its oldest allowed version.
 NEEDED = {".parquet": ("Parquet", "pyarrow", "17"), ".xlsx": ("Excel", "openpyxl", "3.1")}
-SHEET = (2**20, 2**14)  # rows and columns of a sheet of Excel
+SHEET = (2**20, 2**14)  # largest number of rows and of columns in a sheet of Excel
 SHEET_NAME = "warpdyn"
-MOST_SHOWN = 4  # names of variables in a message
+MOST_SHOWN = 4  # largest number of variables that a message names
 
 
 @suggests_names
@@ -36,40 +36,42 @@ def write_table(
     rows: str | Sequence[str] | None = None,
     overwrite: bool = False,
 ) -> Path:
-    """Write results as one table in a CSV, Parquet or Excel file.
+    """Write a dataset of results as one table in a CSV, Parquet or Excel file.
 
-    The table has one row per combination of the dimensions `rows`, such as one per sample, or one per damage state and
-    stripe. Its columns are:
+    The table has one row per combination of the dimensions in `rows`, such as one row per sample, or one row per damage
+    state and stripe (intensity level). The columns are:
 
-    - the dimensions of the rows, and all variables with some or all of these dimensions, with the unit in the name:
-      `fragility_median_g`, `peak_base_shear_N`. Values that do not depend on a dimension are repeated along it;
-    - for variables that also have the dimension of storeys, floors or degrees of freedom, one column for each of these,
-      such as `peak_storey_drift_storey_2_m`, unless `rows` contains this dimension;
-    - variables to which an index of the row refers, such as `motion_name` for `motion_index`.
+    - The dimensions of the rows, and all variables with some or all of these dimensions. The unit is part of the name
+    of the column: `fragility_median_g`, `peak_base_shear_N`. A value that does not depend on one of the dimensions is
+    repeated along it.
+    - For a variable that also has the dimension of storeys, floors or degrees of freedom, one column per storey, floor
+    or degree of freedom, such as `peak_storey_drift_storey_2_m`, unless `rows` contains this dimension.
+    - Variables that belong to an index in the row, such as `motion_name` for `motion_index`.
 
-    Flags such as `fit_status` are written as text. In a Parquet file, `DataFrame.attrs` contains the dataset's
-    attributes.
+    Flags such as `fit_status` are written as text. In a Parquet file, `DataFrame.attrs` contains the attributes of the
+    dataset.
 
-    A message of the logger "warpdyn" (printed by default) names the variables that do not fit into such rows, and the
-    value of `rows` for a table that contains them.
+    Variables with other dimensions are left out. A message of the logger "warpdyn" (printed by default) names them, and
+    the value of `rows` for a table that contains them.
 
     Args:
-        dataset: A run, or the result of `fragility`, `capacities`, `annual_rates`, `annual_losses` or `damage_shares`.
-        path: The file; its name ends in ".csv", ".parquet" or ".xlsx". Parquet needs pyarrow. Excel needs openpyxl
-            and keeps 16 digits.
-        rows: Dimensions of the rows. None: the only dimension, or "damage_state" if there are several.
-        overwrite: Whether to replace an existing file even if it is not a table with the same columns.
+        dataset: Result of `simulate`, `fragility`, `capacities`, `annual_rates`, `annual_losses` or `damage_shares`.
+        path: Path of the file that is written; its name ends in ".csv", ".parquet" or ".xlsx". Parquet needs the
+            package pyarrow. Excel needs openpyxl and keeps 16 digits.
+        rows: Name or names of the dimensions of the rows. None: the only dimension, or "damage_state" if there are
+            several.
+        overwrite: If True, replace an existing file of any content. If False, replace only a table with the same
+            columns.
 
     Returns:
-        The path.
+        Path of the written file.
 
     Raises:
-        ValueError: If the dataset has no such dimension or no variable with it, or if `rows` is not given and the
-            dataset has several dimensions, but not "damage_state"; or if the table has more rows or columns than a
-            sheet of Excel.
+        ValueError: If the dataset has no such dimension or no variable with it; if `rows` is None and the dataset has
+            several dimensions, but not "damage_state"; or if the table has more rows or columns than a sheet of Excel.
         ImportError: If the file is Parquet and pyarrow is not installed, or Excel and openpyxl is not installed.
         TypeError: If `dataset` is not a Dataset.
-        OSError: If the file cannot be written, or exists with other content.
+        OSError: If the file cannot be written, or exists with other content and `overwrite` is False.
 
     Example:
         >>> path = wd.write_table(curves, "curves.csv")
@@ -97,14 +99,14 @@ def write_table(
         return write_in_place(path, lambda name: table.to_csv(name, index=False, lineterminator="\n"))
     if path.suffix.lower() == ".xlsx":
         _check_sheet(table)
-        # Excel has no infinite and no missing numbers: text and empty cells.
+        # An Excel cell cannot contain an infinite or missing number: the text "inf" or an empty cell is written.
         return write_in_place(path, lambda name: _write_sheet(table, name))
     table.attrs = {str(name): _plain(value) for name, value in dataset.attrs.items()}
     return write_in_place(path, lambda name: table.to_parquet(name, index=False))
 
 
 def _check_sheet(table: pd.DataFrame) -> None:
-    """Raise a ValueError if a table does not fit in a sheet of Excel."""
+    """Raise a ValueError if a table has more rows or columns than a sheet of Excel."""
     for count, most, noun in zip((len(table) + 1, len(table.columns)), SHEET, ("rows", "columns"), strict=True):
         if count > most:
             raise ValueError(
@@ -114,13 +116,13 @@ def _check_sheet(table: pd.DataFrame) -> None:
 
 
 def _write_sheet(table: pd.DataFrame, name: str) -> None:
-    """Write a table as an Excel file, whose name may have any ending."""
+    """Write a table as an Excel file; the name of the file may have any ending, because it is temporary."""
     with open(name, "wb") as file, pd.ExcelWriter(file, engine="openpyxl") as writer:
         table.to_excel(writer, sheet_name=SHEET_NAME, index=False, inf_rep="inf", freeze_panes=(1, 0))
 
 
 def _row_dimensions(dataset: xr.Dataset, rows: str | Sequence[str] | None) -> tuple[str, ...]:
-    """Return the dimensions of the rows, in the order of `rows`."""
+    """Return the names of the dimensions that the rows of the table have, in the order of the argument `rows`."""
     dimensions = [str(dimension) for dimension in dataset.sizes]
     if not dimensions:
         raise ValueError(
@@ -142,7 +144,7 @@ def _row_dimensions(dataset: xr.Dataset, rows: str | Sequence[str] | None) -> tu
 
 
 def _which_rows(dimensions: list[str]) -> str:
-    """Return the message for a dataset with several dimensions but no default dimension for the rows."""
+    """Return the error message for a dataset with several dimensions and without "damage_state"; it suggests `rows`."""
     choices = [repr(name) for name in dimensions[:1]]
     choices += [f"({dimensions[0]!r}, {other!r})" for other in dimensions if other in WIDE][:1]
     return (
@@ -152,11 +154,11 @@ def _which_rows(dimensions: list[str]) -> str:
 
 
 def _table_of_rows(dataset: xr.Dataset, rows: tuple[str, ...]) -> tuple[pd.DataFrame, list[str]]:
-    """Return the table of all variables that fit into rows with these dimensions, and the names of the others."""
+    """Return the table of all variables that fit into rows with these dimensions, and the names of other variables."""
     is_wide = not set(rows) & set(WIDE)
     found: dict[str, xr.Variable] = {}  # keys: names of the columns without units
     left_out: list[str] = []
-    # Columns in this order: dimensions, other coordinates, variables.
+    # Order of the columns: dimensions, other coordinates, variables.
     names = sorted(map(str, dataset.variables), key=lambda name: (name not in rows, name not in dataset.coords))
     for name in [*(row for row in rows if row not in dataset.variables), *names]:
         variable = _of_rows(dataset, name, rows)
@@ -187,7 +189,11 @@ def _table_of_rows(dataset: xr.Dataset, rows: tuple[str, ...]) -> tuple[pd.DataF
 
 
 def _of_rows(dataset: xr.Dataset, name: str, rows: tuple[str, ...]) -> xr.Variable:
-    """Return a variable with the dimensions of the rows; dimensions that the rows have an index for are looked up."""
+    """Return a variable of the dataset for rows with the given dimensions.
+
+    If the rows have an index for a dimension of the variable, such as `motion_index` for `motion`, the values at this
+    index are returned.
+    """
     if name not in dataset.variables:
         return xr.Variable(name, np.arange(dataset.sizes[name]))
     variable = dataset[name].variable
@@ -203,12 +209,12 @@ def _of_rows(dataset: xr.Dataset, name: str, rows: tuple[str, ...]) -> xr.Variab
 
 
 def _label(dataset: xr.Dataset, dimension: str, position: int) -> object:
-    """Return the coordinate at a position along a dimension, or the position without a coordinate."""
+    """Return the coordinate value at a position along a dimension; if it has no coordinate, return the position."""
     return dataset[dimension].values[position] if dimension in dataset.coords else position
 
 
 def _report_left_out(dataset: xr.Dataset, path: Path, rows: tuple[str, ...], names: list[str]) -> None:
-    """Report which variables a table does not contain, and the `rows` of a table that contains them."""
+    """Report the variables that a table does not contain, with the value of `rows` for a table that contains them."""
     by_rows: dict[str, list[str]] = {}
     for name in names:
         dimensions = tuple(map(str, dataset[name].dims))
@@ -226,7 +232,10 @@ def _report_left_out(dataset: xr.Dataset, path: Path, rows: tuple[str, ...], nam
 
 
 def column_name(name: str, units: object) -> str:
-    """Return a name followed by its unit: `_m_per_s2` for "m s-2"; nothing for "1" or a missing unit."""
+    """Return the name of a column with its unit, such as `peak_floor_acceleration_m_per_s2` for "m s-2".
+
+    Nothing is added for the unit "1" or a missing unit.
+    """
     over: list[str] = []
     under: list[str] = []
     for symbol, power in re.findall(r"([A-Za-z%]+)\^?(-?\d+)?", str(units or "").replace("percent", "%")):
@@ -238,7 +247,7 @@ def column_name(name: str, units: object) -> str:
 
 
 def _decoded(variable: xr.Variable) -> xr.Variable:
-    """Return a flag variable as text by its `flag_meanings`; return other variables unchanged."""
+    """Return a variable of flags as text, by its attribute `flag_meanings`; return any other variable unchanged."""
     meanings = str(variable.attrs.get("flag_meanings", "")).split()
     codes = np.atleast_1d(variable.attrs.get("flag_values", ()))
     if not meanings or len(meanings) != len(codes):
@@ -250,7 +259,7 @@ def _decoded(variable: xr.Variable) -> xr.Variable:
 
 
 def _plain(value: Any) -> Any:
-    """Return an attribute as a type that JSON has."""
+    """Return the value of an attribute in a type that JSON can store."""
     if isinstance(value, np.ndarray | np.generic):
         return value.tolist()
     return value if isinstance(value, str | int | float | bool | list) else str(value)

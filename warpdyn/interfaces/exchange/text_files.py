@@ -1,4 +1,4 @@
-"""Files of other formats: paths are checked before any computation, and files are renamed when they are complete."""
+"""Writing of files: paths are checked before any computation, and a file gets its name when it is complete."""
 
 from __future__ import annotations
 
@@ -12,22 +12,22 @@ from warpdyn.foundations.files.disk_errors import disk_error, named_error
 from warpdyn.foundations.files.part_files import whole_file
 from warpdyn.foundations.files.targets import check_folder, check_replaceable, resolved
 
-HEAD = 10_000  # characters of a file in which the mark of its writer must be
+HEAD = 10_000  # number of characters at the beginning of a file in which the mark of its writer is searched
 
 
 def checked_path(function: str, path: str | os.PathLike, *suffixes: str) -> Path:
-    """Return a path after checking that it can be written, before anything is computed.
+    """Check that a file can be written at a path, before anything is computed, and return the path.
 
     Args:
-        function: The public function that writes the file.
-        path: The file, in a folder that exists.
-        suffixes: Endings that its name may have, in lower case; capitals in the name are accepted.
+        function: Name of the public function that writes the file, for error messages.
+        path: Path of the file; its folder must exist.
+        suffixes: Allowed endings of the file name, in lower case; capital letters in the file name are accepted.
 
     Raises:
         TypeError: If `path` is not a path.
-        ValueError: If the name has another ending.
-        OSError: If the folder does not exist, or the path is a folder, a device or a pipe, is read-only or belongs to
-            another user.
+        ValueError: If the file name has another ending.
+        OSError: If the folder does not exist; or if the path is a folder, a device or a pipe, is read-only, or belongs
+            to another user.
     """
     if not isinstance(path, str | os.PathLike) or not os.fspath(path):
         raise TypeError(f"{function}: path must name a file, got {path!r}")
@@ -47,27 +47,27 @@ def checked_path(function: str, path: str | os.PathLike, *suffixes: str) -> Path
 def check_same_table(function: str, path: Path, columns: Sequence[str], overwrite: bool) -> None:
     """Raise a FileExistsError if a table would replace a file that is not a table with the same columns.
 
-    CSV files do not contain the name of the program that wrote them, so the columns decide: a script that runs again
-    replaces its own table, but not an inventory or a table of another program.
+    CSV files do not name the program that wrote them. Therefore the columns decide: a script that runs again replaces
+    its own table, but not an inventory or a table of another program.
 
     Args:
-        function: The public function that writes the table.
-        path: The file; its name ends in ".csv", ".parquet", ".xlsx" or ".geojson".
-        columns: Names of the columns (for GeoJSON, of the properties).
-        overwrite: Whether to replace any file.
+        function: Name of the public function that writes the table, for error messages.
+        path: Path of the file; its name ends in ".csv", ".parquet", ".xlsx" or ".geojson".
+        columns: Names of the columns of the new table (for GeoJSON, of the properties).
+        overwrite: If True, a file with any content may be replaced.
     """
     _check_own(function, path, overwrite, "a table with the same columns", lambda: _columns_of(path) == set(columns))
 
 
 def check_same_format(function: str, path: Path, mark: str, what: str, overwrite: bool) -> None:
-    """Raise a FileExistsError if a file would replace a file that this function of warpdyn has not written.
+    """Raise a FileExistsError if a new file would replace a file that the given function did not write.
 
     Args:
-        function: The public function that writes the file.
-        path: The file.
-        mark: Text in the first lines of each file that this function writes, and of no other file.
-        what: Such a file in words.
-        overwrite: Whether to replace any file.
+        function: Name of the public function that writes the file, for error messages.
+        path: Path of the file.
+        mark: Text that the first lines of each file from this function contain, and of no other file.
+        what: Description of a file from this function, for error messages.
+        overwrite: If True, a file with any content may be replaced.
     """
     _check_own(function, path, overwrite, what, lambda: mark in _head_of(path))
 
@@ -83,7 +83,7 @@ def _check_own(function: str, path: Path, overwrite: bool, what: str, is_own: Ca
 
 
 def _head_of(path: Path) -> str:
-    """Return the first characters of a file; "" if it is not text."""
+    """Return the first HEAD characters of a file; "" if the file is not UTF-8 text or cannot be read."""
     try:
         with open(path, encoding="utf-8") as file:
             return file.read(HEAD)
@@ -92,7 +92,7 @@ def _head_of(path: Path) -> str:
 
 
 def _columns_of(path: Path) -> set[str] | None:
-    """Return the columns of a table; None if the file is not a table in a format that warpdyn writes."""
+    """Return the names of the columns of a table file; None if it is not a table in a format that warpdyn writes."""
     try:
         if path.suffix.lower() == ".parquet":
             import pyarrow.parquet
@@ -103,31 +103,31 @@ def _columns_of(path: Path) -> set[str] | None:
 
             book = openpyxl.load_workbook(path, read_only=True)
             try:
-                (sheet,) = book.worksheets  # a file with further sheets contains other data
+                (sheet,) = book.worksheets  # a file with several sheets is not a table of warpdyn
                 return set(next(sheet.iter_rows(max_row=1, values_only=True)))
             finally:
                 book.close()
         with open(path, encoding="utf-8", newline="") as file:
             if path.suffix.lower() == ".csv":
                 return set(next(csv.reader(file)))
-            first = next(line for line in file if line.startswith('{"type": "Feature", '))  # each has its own line
+            first = next(line for line in file if line.startswith('{"type": "Feature", '))  # one line per point
             return set(json.loads(first.rstrip(",\n"))["properties"])
-    except Exception:  # a file of another kind may cause any error
+    except Exception:  # a file in another format may cause any error
         return None
 
 
 def write_in_place(path: Path, write: Callable[[str], object]) -> Path:
-    """Write a file under a temporary name and rename it when it is complete; an existing file is replaced.
+    """Write a file under a temporary name, and rename it when it is complete; an existing file is replaced.
 
-    If several threads or processes write the same file, each has its own temporary file; the last one to finish
-    determines the content.
+    If several threads or processes write the same file, each of them uses its own temporary file. The content is that
+    of the process that finishes last.
 
     Args:
-        path: The file. If it is a symbolic link, the link stays, and its target is replaced.
-        write: Function that writes the file with the given name.
+        path: Path of the file. If it is a symbolic link, the link is kept, and the file to which it points is replaced.
+        write: Function that writes the content to the file whose (temporary) name it gets as its argument.
 
     Raises:
-        OSError: If the file cannot be written; the message contains `path`, not the temporary name.
+        OSError: If the file cannot be written; the message contains `path` instead of the temporary name.
     """
     try:
         with whole_file(resolved(path)) as part:
@@ -138,5 +138,5 @@ def write_in_place(path: Path, write: Callable[[str], object]) -> Path:
 
 
 def write_text(path: Path, text: str) -> Path:
-    """Write text as UTF-8 with line feeds as line ends."""
+    """Write a text file in UTF-8 with line feeds as line ends, and return its path."""
     return write_in_place(path, lambda name: Path(name).write_text(text, encoding="utf-8", newline="\n"))

@@ -1,7 +1,7 @@
 """Figures of buildings, ground motions and results.
 
-Each function returns a new figure, or draws into the axes given as `ax` and returns them. A notebook shows the figure
-if the call is the last line of a cell.
+Each function returns a new figure. If axes are given as `ax`, it draws into them and returns them instead. A notebook
+shows the figure if the call is the last line of a cell.
 """
 
 from warpdyn.interfaces.plots.animation.sway import animate

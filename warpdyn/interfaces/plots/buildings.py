@@ -14,7 +14,7 @@ from warpdyn.foundations.core.checks import check_dataset, check_kind
 from warpdyn.interfaces.plots.style import COLOURS, SMALL, Drawn, grid, panels, title
 from warpdyn.model.structures.shear_building import ShearBuilding
 
-ADDED_HEIGHT = 0.4  # drawn height of isolators and of a tuned mass damper, divided by that of the lowest storey
+ADDED_HEIGHT = 0.4  # drawn height of isolators and of a tuned mass damper, divided by the smallest storey height
 MOST_IN_A_LINE = 75  # largest number of characters in a line of a title
 MOST_LABELS = 10  # largest number of storeys that all have labels
 
@@ -22,14 +22,14 @@ MOST_LABELS = 10  # largest number of storeys that all have labels
 def building(building: ShearBuilding, *, ax: Axes | None = None) -> Drawn:
     """Draw a building to scale, with stiffness and yield force of each storey, mass of each floor, and the first mode.
 
-    Isolators and a tuned mass damper are not drawn to scale.
+    The drawn heights of isolators and of a tuned mass damper are not to scale.
 
     Args:
-        building: The building.
+        building: The building whose storeys and floors are drawn.
         ax: Axes to draw into; None: a new figure.
 
     Returns:
-        The figure, or the axes given.
+        The new figure, or the axes that were given as `ax`.
 
     Raises:
         TypeError: If `building` is not a ShearBuilding.
@@ -41,12 +41,12 @@ def building(building: ShearBuilding, *, ax: Axes | None = None) -> Drawn:
     check_kind("plots.building", "a ShearBuilding", building, ShearBuilding, argument="building")
     values, storeys = building.parameters, building.storeys
     own = building.own_storeys
-    # The height of isolators and of a tuned mass damper only scales their drift; it is not a length.
+    # The parameter `height` of isolators and of a tuned mass damper only defines their drift ratio. It is not a length.
     height = np.where(own, values["height"], ADDED_HEIGHT * values["height"][own].min())
     level = np.append(0.0, np.cumsum(height))
-    width = 0.6 * max(level[-1], 3 * level[1])  # wide enough for the labels
+    width = 0.6 * max(level[-1], 3 * level[1])  # wide enough for the texts in the storeys
     result, (axes,) = panels("building", ax, size=(6.4, 5.6))
-    # Thicker columns are stiffer storeys, thicker slabs heavier floors.
+    # A stiffer storey has thicker columns, a heavier floor a thicker slab.
     thickness = 0.02 + 0.06 * values["stiffness"] / values["stiffness"].max()
     slab = min(0.012 * level[-1], 0.1 * height.min())
     depth = slab * (0.5 + values["mass"] / values["mass"].max())
@@ -92,34 +92,34 @@ def building(building: ShearBuilding, *, ax: Axes | None = None) -> Drawn:
 
 
 def _added(storey: int, storeys: int) -> str:
-    """Return the kind of a storey of isolators or of a tuned mass damper; storeys are counted from 0."""
+    """Return what an additional storey (counted from 0) consists of: isolators or a tuned mass damper."""
     return "isolators" if storey == 0 else "tuned mass damper" if storey == storeys - 1 else "isolators at mid-height"
 
 
 def _storeys_labelled(storeys: int) -> list[int]:
-    """Return the storeys with labels, counted from 0: all, or about ten at equal distances."""
+    """Return the storeys that get labels, counted from 0: all of them, or at most MOST_LABELS at equal distances."""
     return list(range(0, storeys, -(-storeys // MOST_LABELS)))
 
 
 def _engineering(value: float, unit: str) -> str:
-    """Return a number with an SI prefix, such as 866 MN/m for 8.66e8 N/m."""
+    """Return a number with its unit and an SI prefix as text, such as 866 MN/m for 8.66e8 N/m."""
     if unit == "g":  # masses in tonnes instead of megagrams
         return f"{value / 1e6:.4g} t"
     return ticker.EngFormatter(unit=unit, places=None).format_data(float(f"{value:.3g}"))
 
 
 def pushover_curve(dataset: xr.Dataset, *, ax: Iterable[Axes] | None = None) -> Drawn:
-    """Draw the pushover curve (base shear against roof displacement) and drift profiles over the height.
+    """Draw the pushover curve (base shear against roof displacement), and profiles of the storey drift over the height.
 
     Args:
         dataset: Result of `pushover`.
         ax: Two axes to draw into, for the curve and the profiles; None: a new figure.
 
     Returns:
-        The figure, or the axes given.
+        The new figure, or the axes that were given as `ax`.
 
     Raises:
-        ValueError: If the dataset has no base shears.
+        ValueError: If the dataset lacks roof displacements, base shears or storey drifts, or has no steps.
         TypeError: If `dataset` is not a Dataset.
 
     Example:
@@ -146,7 +146,7 @@ def pushover_curve(dataset: xr.Dataset, *, ax: Iterable[Axes] | None = None) -> 
     curve.axhline(0, color="0.6", lw=0.6)
     curve.axvline(0, color="0.6", lw=0.6)
     curve.set(xlabel="Roof displacement [mm]", ylabel="Base shear [MN]")
-    # Drift profiles up to the largest roof displacement.
+    # Drift profiles at 25, 50, 75 and 100 % of the largest roof displacement.
     farthest = int(np.abs(roof).argmax())
     storeys = dataset["storey"].values
     for colour, share in zip(COLOURS[1:], (0.25, 0.5, 0.75, 1.0), strict=False):

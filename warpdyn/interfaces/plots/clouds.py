@@ -1,4 +1,4 @@
-"""Figure of cloud analysis: demands against intensity, the regression, and collapses."""
+"""Figure of a cloud analysis: demands of unscaled motions against intensity, their regression, and collapses."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ from warpdyn.interfaces.plots.style import (
 
 _RUN = "draw a run of simulate() under ground motions"
 _CURVES = "pass the result of fragility_of_cloud(run, limits)"
-_FEW = 2000  # largest number of samples that are drawn as larger points
+_FEW = 2000  # largest number of samples that are drawn with larger points
 
 
 def cloud_regression(
@@ -39,22 +39,22 @@ def cloud_regression(
 ) -> Drawn:
     """Draw a cloud analysis: demands against intensity, and the regression on which the fragility curves are based.
 
-    Collapsed samples are crosses at the demand that they reached. For each limit, the median of its fragility curve is
-    drawn. With estimator "censored", this is the intensity at which the regression reaches the limit; with estimator
-    "collapse", the median is lower, because collapses also exceed the limit.
+    A collapsed sample is a cross at the demand that it reached. For each limit, the median of its fragility curve is
+    drawn. With the estimator "censored", this median is the intensity at which the regression reaches the limit. With
+    the estimator "collapse", the median is lower, because collapsed samples also exceed the limit.
 
     Args:
-        run: The run.
+        run: Result of `simulate` for unscaled ground motions (`Cloud`).
         curves: Result of `fragility_of_cloud` for the run.
         colours: Colour of each damage state: a list with the lightest state first, or a mapping by name.
         ax: Axes to draw into; None: a new figure.
 
     Returns:
-        The figure, or the axes given.
+        The new figure, or the axes that were given as `ax`.
 
     Raises:
-        ValueError: If the run or the curves lack a variable.
-        TypeError: If one of them is not a Dataset.
+        ValueError: If `run` or `curves` lacks a variable that is drawn.
+        TypeError: If `run` or `curves` is not a Dataset.
 
     Example:
         >>> run = wd.simulate(wd.Scene(building, wd.Cloud(motions), scatter), structures=4)
@@ -91,12 +91,13 @@ def cloud_regression(
     for colour, state in zip(colours_of(states, colours), states, strict=True):
         row = curves.sel(damage_state=state)
         limit, median = factor * float(row["damage_limit"]), float(row["fragility_median"])
-        if not np.isfinite(limit):  # only collapse exceeds it; the median of collapse is drawn below
+        if not np.isfinite(limit):  # an infinite limit is exceeded only by collapse, which is drawn below
             continue
         axes.axhline(limit, color=colour, lw=1)
         name = literal(state)
         words = f"{name}: median {median:.3g}" if np.isfinite(median) else f"{name}, no fit"
-        # Write the name on the side with more distance from the median, where there are few points near the limit.
+        # The name is written at the left or right end of the line, whichever is farther from the median, because there
+        # are few points near the line at this end.
         across, anchor = (0.99, "right") if median < np.sqrt(level.min() * level.max()) else (0.01, "left")
         where: dict[str, Any] = {"xycoords": axes.get_yaxis_transform(), "ha": anchor, "va": "bottom"}
         axes.annotate(words, (across, limit), color=colour, **where, **AMONG_POINTS)

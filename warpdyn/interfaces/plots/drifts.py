@@ -1,4 +1,4 @@
-"""Figures of storey drift ratios: over the height, against the intensity measure, and distributions of several runs."""
+"""Figures of storey drift ratios: over the height, against the intensity, and as distributions of several runs."""
 
 from __future__ import annotations
 
@@ -41,23 +41,24 @@ OF_MOTIONS = "draw a run of a ShearBuilding under ground motions"
 def drift_over_height(
     dataset: xr.Dataset, levels: int = 5, *, colours: Colours = COLOURS, ax: Axes | None = None
 ) -> Drawn:
-    """Draw the median of the peak drift ratio of each storey, and its 16 to 84 % range, for some stripes.
+    """Draw the median and the 16 to 84 % range of the peak drift ratio of each storey, for some intensity levels.
 
-    A collapsed sample exceeds every drift in the storey that collapsed; in the other storeys, its peak before the
-    collapse counts. A storey has no median if more than half of the samples of a stripe collapsed in it, and no range
-    if more than 16 % did. The legend shows the share of collapsed samples.
+    A collapsed sample counts as exceeding every drift in the storey that collapsed. In other storeys, its peak drift
+    before the collapse counts. The median of a storey is not drawn if more than half of the samples at a level
+    collapsed in it, and the range is not drawn if more than 16 % did. The legend shows the share of collapsed samples.
 
     Args:
-        dataset: A run on stripes; if it is merged with its `fragility`, the limits are also drawn.
-        levels: Number of stripes drawn.
-        colours: Colours of the stripes, the lowest first.
+        dataset: Result of `simulate` on stripes (intensity levels). If it is merged with the result of `fragility`, the
+            limits of the damage states are also drawn.
+        levels: Largest number of stripes that are drawn.
+        colours: Colours of the stripes, beginning with the lowest intensity.
         ax: Axes to draw into; None: a new figure.
 
     Returns:
-        The figure, or the axes given.
+        The new figure, or the axes that were given as `ax`.
 
     Raises:
-        ValueError: If the dataset has no drifts or no levels.
+        ValueError: If the dataset has no drifts or no intensity levels.
         TypeError: If `dataset` is not a Dataset.
 
     Example:
@@ -90,7 +91,7 @@ def drift_over_height(
     limits = limits_of(dataset)
     for _, limit in limits:
         axes.axvline(100 * limit, color=DARK, ls=":", lw=1)
-    if limits:  # their names are on a second axis, and the title is placed above them
+    if limits:  # names of the limits are on a second axis, below the title
         above = axes.secondary_xaxis("top")
         above.xaxis.set_minor_locator(ticker.NullLocator())
         names, values = [literal(state) for state, _ in limits], [100 * limit for _, limit in limits]
@@ -104,7 +105,7 @@ def drift_over_height(
 
 
 def limits_of(dataset: xr.Dataset) -> list[tuple[str, float]]:
-    """Return the damage states and their finite drift limits, if the dataset has any."""
+    """Return name and drift ratio limit [1] of each damage state with a finite limit; [] without such limits."""
     if "damage_limit" not in dataset or dataset["damage_limit"].attrs.get("demand") != "peak_storey_drift_ratio":
         return []
     found = zip(dataset["damage_state"].values, dataset["damage_limit"].values, strict=True)
@@ -114,22 +115,23 @@ def limits_of(dataset: xr.Dataset) -> list[tuple[str, float]]:
 def drift_against_intensity(
     dataset: xr.Dataset, *, colours: Colours = COLOURS, scale: str = "log", ax: Axes | None = None
 ) -> Drawn:
-    """Draw the largest peak drift ratio of every sample against the intensity measure, and fractiles for stripes.
+    """Draw the largest peak drift ratio of every sample against the intensity; for stripes, also median and fractiles.
 
-    Collapsed samples are crosses at the drift that they reached. They count as exceeding every drift, so the median
-    ends at the last stripe in which at most half of the samples collapsed.
+    A collapsed sample is a cross at the drift that it reached. It counts as exceeding every drift, so the curve of the
+    median ends at the last stripe in which at most half of the samples collapsed.
 
     Args:
-        dataset: A run under ground motions; if it is merged with its `fragility`, the limits are also drawn.
-        colours: Colours of the damage states.
+        dataset: Result of `simulate` under ground motions. If it is merged with the result of `fragility`, the limits
+            of the damage states are also drawn.
+        colours: Colours of the damage states, as a list or a mapping by name.
         scale: Axis of the intensity measure: "log" or "linear".
         ax: Axes to draw into; None: a new figure.
 
     Returns:
-        The figure, or the axes given.
+        The new figure, or the axes that were given as `ax`.
 
     Raises:
-        ValueError: If the dataset has no drifts or no levels.
+        ValueError: If the dataset has no drifts or no intensities.
         TypeError: If `dataset` is not a Dataset.
 
     Example:
@@ -152,21 +154,21 @@ def drift_against_intensity(
 
 
 def residual_drifts(dataset: xr.Dataset, *, scale: str = "log", ax: Axes | None = None) -> Drawn:
-    """Draw the largest residual drift ratio of every sample against the intensity measure, and fractiles for stripes.
+    """Draw the largest residual drift ratio of every sample against the intensity; for stripes, also the fractiles.
 
-    Collapsed samples have no residual drift and are crosses at the upper edge. They count as exceeding every residual
-    drift, so the median ends at the last stripe in which at most half of the samples collapsed.
+    A collapsed sample has no residual drift and is drawn as a cross at the upper edge. It counts as exceeding every
+    residual drift, so the curve of the median ends at the last stripe in which at most half of the samples collapsed.
 
     Args:
-        dataset: A run under ground motions with the recorder "residual".
+        dataset: Result of `simulate` under ground motions, with the recorder "residual".
         scale: Axis of the intensity measure: "log" or "linear".
         ax: Axes to draw into; None: a new figure.
 
     Returns:
-        The figure, or the axes given.
+        The new figure, or the axes that were given as `ax`.
 
     Raises:
-        ValueError: If the dataset has no residual drifts or no levels.
+        ValueError: If the dataset has no residual drifts or no intensities.
         TypeError: If `dataset` is not a Dataset.
 
     Example:
@@ -180,12 +182,15 @@ def residual_drifts(dataset: xr.Dataset, *, scale: str = "log", ax: Axes | None 
     return result
 
 
-FEW = 2000  # largest number of samples that are drawn as larger points
-LEAST_DRAWN = 1e-3  # lower end of a logarithmic axis, divided by the largest value
+FEW = 2000  # largest number of samples that are drawn with larger points
+LEAST_DRAWN = 1e-3  # smallest value on a logarithmic axis, divided by the largest value
 
 
 def _draw_against_intensity(axes: Axes, drawn: Demands, scale: str, where_collapsed: np.ndarray | None) -> None:
-    """Draw samples, fractiles of stripes, and collapses (at the given values, or at the upper edge if None)."""
+    """Draw samples, fractiles of stripes, and collapsed samples into axes.
+
+    Collapsed samples are drawn at the drift ratios `where_collapsed` [1]; None: at the upper edge.
+    """
     level, demand = drawn.level, 100 * drawn.values
     stands = np.flatnonzero(~drawn.collapsed)
     shown = np.random.default_rng(0).permutation(stands)[:MOST_POINTS]
@@ -227,21 +232,22 @@ def _draw_against_intensity(axes: Axes, drawn: Demands, scale: str, where_collap
 def drift_distributions(
     runs: Mapping[str, xr.Dataset], *, level: float | None = None, colours: Colours = COLOURS, ax: Axes | None = None
 ) -> Drawn:
-    """Draw, for several runs, the distribution of the largest peak drift ratio: share of samples below each drift.
+    """Draw the distribution of the largest peak drift ratio of several runs: the share of samples below each drift.
 
-    Collapsed samples exceed every drift: a curve ends with a cross at the share of samples without collapse.
+    A collapsed sample counts as exceeding every drift. The curve of a run with collapses ends with a cross at the share
+    of samples without collapse.
 
     Args:
-        runs: The run of each design, as a mapping such as `{"existing": run, "with dampers": other}`.
-        level: Level of the stripe to draw [unit of the levels]; needed if runs have several stripes.
+        runs: Result of `simulate` for each design, as a mapping such as `{"existing": run, "with dampers": other}`.
+        level: Intensity level of the stripe that is drawn [unit of the levels]; required if a run has several stripes.
         colours: Colour of each design, as a list or a mapping by name.
         ax: Axes to draw into; None: a new figure.
 
     Returns:
-        The figure, or the axes given.
+        The new figure, or the axes that were given as `ax`.
 
     Raises:
-        ValueError: If there is no run, a run has no drifts, or `level` is missing.
+        ValueError: If `runs` is empty, if a run has no drifts, or if `level` is missing.
         TypeError: If a run is not a Dataset.
 
     Example:
@@ -282,7 +288,7 @@ def drift_distributions(
 
 
 def checked_designs(function: str, designs: object, what: str) -> dict[str, xr.Dataset]:
-    """Return datasets with the names of designs as keys; raise an error unless there is at least one Dataset."""
+    """Return a mapping from design names to datasets; raise an error unless it contains at least one Dataset."""
     if not isinstance(designs, Mapping) or isinstance(designs, xr.Dataset):  # a Dataset is a mapping, too
         raise TypeError(
             f"plots.{function}() needs a mapping from design names to a {what} each, such as "
@@ -302,7 +308,7 @@ def checked_designs(function: str, designs: object, what: str) -> dict[str, xr.D
 
 
 def _on_one_level(name: str, drawn: Demands, level: float | None) -> Demands:
-    """Return the demands of one stripe."""
+    """Return the demands of the samples of one stripe; raise an error if `level` is not a stripe of the run."""
     stripes, units = drawn.levels, drawn.units
     listed = f"{', '.join(f'{each:g}' for each in stripes)} {units}"
     if level is None and stripes.size > 1:
@@ -316,5 +322,5 @@ def _on_one_level(name: str, drawn: Demands, level: float | None) -> Demands:
 
 
 def _stripe_of(drawn: Demands) -> str:
-    """Return the intensity measure and level of a stripe as text."""
+    """Return intensity measure and level of a stripe as text, such as "PGA = 0.4 g"."""
     return f"{literal(drawn.measure_name)} = {drawn.level[0]:g} {drawn.units}"

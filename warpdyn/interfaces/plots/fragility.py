@@ -1,4 +1,4 @@
-"""Figures of fragility curves: one building, and a comparison of several designs."""
+"""Figures of fragility curves: of one building, and of several designs in comparison."""
 
 from __future__ import annotations
 
@@ -32,23 +32,24 @@ from warpdyn.interfaces.plots.style import (
 _CURVES = (
     "draw the result of fragility(run, limits), or run.merge(fragility(run, limits), combine_attrs='no_conflicts')"
 )
-MOST_IN_A_ROW = 4  # largest number of names in a row of the legend
+MOST_IN_A_ROW = 4  # largest number of entries in a row of the legend
 LINE_STYLES = ("-", "--", "-.", ":")
 
 
 def fragility_curves(
     dataset: xr.Dataset, *, colours: Colours = COLOURS, scale: str = "log", ax: Axes | None = None
 ) -> Drawn:
-    """Draw fragility curves and, for stripes, the fractions of exceeding samples, with confidence intervals.
+    """Draw fragility curves and, for stripes, the fractions of samples that exceed a state, with confidence intervals.
 
     Args:
-        dataset: Result of `fragility`, `fragility_from_capacities` or `fragility_of_cloud`, or a run merged with it.
+        dataset: Result of `fragility`, `fragility_from_capacities` or `fragility_of_cloud`, or a run merged with this
+            result.
         colours: Colour of each damage state: a list with the lightest state first, or a mapping by name.
         scale: Axis of the intensity measure: "log" or "linear".
         ax: Axes to draw into; None: a new figure.
 
     Returns:
-        The figure, or the axes given.
+        The new figure, or the axes that were given as `ax`.
 
     Raises:
         ValueError: If the dataset lacks the curves.
@@ -83,22 +84,22 @@ def fragility_comparison(
     scale: str = "log",
     ax: Iterable[Axes] | Axes | None = None,
 ) -> Drawn:
-    """Draw the fragility curves of several designs, one panel per damage state.
+    """Draw the fragility curves of several designs for comparison, in one panel per damage state.
 
     Args:
-        curves: Result of `fragility`, `fragility_from_capacities` or `fragility_of_cloud` for each design by name, such
-            as `{"existing": curves, "on isolators": others}`, all with the same intensity measure.
+        curves: For each design by name, the result of `fragility`, `fragility_from_capacities` or `fragility_of_cloud`,
+            such as `{"existing": curves, "on isolators": others}`. All need the same intensity measure.
         colours: Colour of each design: a list, or a mapping by name.
         scale: Axis of the intensity measure: "log" or "linear".
         ax: Axes to draw into, one per damage state; None: a new figure.
 
     Returns:
-        The figure, or the axes given.
+        The new figure, or the axes that were given as `ax`.
 
     Raises:
-        ValueError: If a design lacks curves, or the designs have no common damage state or different intensity
-            measures.
-        TypeError: If the curves of a design are not a Dataset.
+        ValueError: If the dataset of a design has no curves, or if the designs have no common damage state or different
+            intensity measures.
+        TypeError: If the dataset of a design is not a Dataset.
 
     Example:
         >>> stiffer = wd.ShearBuilding(1e5, 6e7, 3.0, law=law, **damped)
@@ -155,12 +156,12 @@ def _check_curves(function: str, dataset: xr.Dataset) -> None:
     check_dataset(f"plots.{function}", dataset, "fragility_curve", "confidence", "damage_state", advice=_CURVES)
     of_stripes = (
         ("stripe",) if "exceedance_fraction" in dataset else ()
-    )  # curves from capacities or a cloud have no stripes
+    )  # curves from capacities or from a cloud analysis have no stripes
     check_kept(function, "curves", dataset, "damage_state", *of_stripes, "intensity")
 
 
 def _limit(row: xr.Dataset) -> str:
-    """Return the limit of a damage state as text; "" if it has several limits."""
+    """Return the limit of a damage state as text, such as "drift > 1 %"; "" if the state has no limit or several."""
     limit = row.get("damage_limit")
     if limit is None or limit.ndim:
         return ""
@@ -176,7 +177,7 @@ def _limit(row: xr.Dataset) -> str:
 
 
 def _without_fit(row: xr.Dataset) -> str:
-    """Return a remark if a damage state has no fit, or if its median is an extrapolation."""
+    """Return a remark for the legend if a damage state has no fitted curve or an extrapolated median; else ""."""
     if not np.isfinite(row["fragility_median"]):
         return ", no fit"
     is_beyond = MEDIAN_STATUS in row and int(row[MEDIAN_STATUS]) == EXTRAPOLATED
@@ -184,7 +185,7 @@ def _without_fit(row: xr.Dataset) -> str:
 
 
 def _draw_curve(axes: Axes, row: xr.Dataset, colour: str, label: str, style: str = "-") -> None:
-    """Draw one curve with its interval, and the fractions of exceeding samples of the stripes with error bars."""
+    """Draw one fragility curve with its confidence band, and exceedance fractions of its stripes with error bars."""
     intensity = row["intensity"].values
     bounds = row["fragility_curve_lower"], row["fragility_curve_upper"]
     axes.fill_between(intensity, *bounds, color=colour, alpha=0.18, lw=0)
@@ -197,7 +198,7 @@ def _draw_curve(axes: Axes, row: xr.Dataset, colour: str, label: str, style: str
 
 
 def _levels(dataset: xr.Dataset) -> np.ndarray:
-    """Return the levels of the stripes, or, without stripes, the range of intensities in which the curves rise."""
+    """Return the intensities of the stripes, shape [stripe], or (without stripes) those at which a curve rises."""
     if "exceedance_fraction" in dataset:
         return dataset["stripe"].values
     curve = dataset["fragility_curve"].transpose("damage_state", "intensity").values
@@ -207,7 +208,7 @@ def _levels(dataset: xr.Dataset) -> np.ndarray:
 
 
 def _finish(axes: Axes, stripes: np.ndarray, scale: str) -> None:
-    """Set the axes of intensity and probability."""
+    """Set scale and limits of the axes for intensity (horizontal) and probability (vertical)."""
     set_scale(axes, scale, stripes.min(), stripes.max())
     axes.set_ylim(-0.02, 1.02)
     axes.yaxis.set_major_formatter(ticker.PercentFormatter(1.0))

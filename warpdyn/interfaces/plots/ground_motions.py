@@ -1,4 +1,4 @@
-"""Figures of ground motions: acceleration, Arias intensity over time, and response spectra."""
+"""Figures of ground motions: accelerations and Arias intensity over time, and response spectra."""
 
 from __future__ import annotations
 
@@ -30,8 +30,8 @@ from warpdyn.model.ground_motions.measures.integrals import arias_intensity, hus
 from warpdyn.model.ground_motions.motions import GroundMotion, checked_motions
 from warpdyn.model.ground_motions.response_spectra import response_spectra
 
-PERIODS = np.geomspace(0.05, 5.0, 100)  # s
-MOST_NAMED = 8  # largest number of motions with names in the legend
+PERIODS = np.geomspace(0.05, 5.0, 100)  # periods of the drawn response spectra [s]
+MOST_NAMED = 8  # largest number of motions whose names are in the legend
 
 
 def ground_motions(
@@ -41,21 +41,21 @@ def ground_motions(
     colours: Colours = COLOURS,
     ax: Iterable[Axes] | None = None,
 ) -> Drawn:
-    """Draw ground motions: acceleration, growth of the Arias intensity (Husid plot), and response spectra.
+    """Draw ground motions: accelerations, growth of the Arias intensity over time (Husid plot), and response spectra.
 
-    If there is only one motion, its peak, Arias intensity and significant duration (5 to 95 %) are written as text.
+    For a single motion, its peak, Arias intensity and significant duration (5 to 95 %) are written into the figure.
 
     Args:
-        motions: One or several ground motions.
+        motions: One ground motion, or a sequence of them.
         damping_ratio: Damping ratio of the response spectra [1].
         colours: Colours of the motions, as a list or a mapping by name.
         ax: Three axes to draw into; None: a new figure.
 
     Returns:
-        The figure, or the axes given.
+        The new figure, or the axes that were given as `ax`.
 
     Raises:
-        ValueError: If there is no motion, or the damping ratio is out of range.
+        ValueError: If `motions` is empty, or the damping ratio is out of range.
         TypeError: If a motion is not a GroundMotion.
 
     Example:
@@ -65,7 +65,7 @@ def ground_motions(
     real_number("damping_ratio", damping_ratio, least=0)
     result, (history, growth, spectrum) = panels("ground_motions", ax, 3, columns=1, size=(7.0, 7.4))
     spectra = response_spectra(drawn, PERIODS, damping_ratio, device="cpu")["pseudo_spectral_acceleration"].values[:, 0]
-    is_crowd = len(drawn) > MOST_NAMED and colours is COLOURS  # too many motions for distinct colours
+    is_crowd = len(drawn) > MOST_NAMED and colours is COLOURS  # the motions are too many for distinct colours
     chosen = colours_of([motion.name for motion in drawn], DARK if is_crowd else colours)
     for motion, colour, acceleration in zip(drawn, chosen, spectra / STANDARD_GRAVITY, strict=True):
         time = motion.step * np.arange(motion.acceleration.size)
@@ -92,7 +92,7 @@ def ground_motions(
 
 
 def _describe(motion: GroundMotion, history: Axes, growth: Axes, colour: str) -> None:
-    """Mark the peak and the significant duration of a motion, and write their values."""
+    """Mark the peak and the significant duration of a single motion, and write their values into the figure."""
     peak = int(np.abs(motion.acceleration).argmax())
     at = peak * motion.step, motion.acceleration[peak] / STANDARD_GRAVITY
     history.plot(*at, "o", color=colour, ms=4)
@@ -107,15 +107,15 @@ def _describe(motion: GroundMotion, history: Axes, growth: Axes, colour: str) ->
 
 
 def spectra(dataset: xr.Dataset, *, colours: Colours = COLOURS, ax: Iterable[Axes] | Axes | None = None) -> Drawn:
-    """Draw response spectra: pseudo-spectral acceleration of every motion, their median and their 16 to 84 % range.
+    """Draw pseudo-spectral accelerations [g] over the period: each motion, their median and their 16 to 84 % range.
 
     Args:
         dataset: Result of `response_spectra`.
-        colours: Colour of the median and its range for each damping ratio.
+        colours: Colours of the median and its range, one per damping ratio.
         ax: Axes to draw into, one per damping ratio; None: a new figure.
 
     Returns:
-        The figure, or the axes given.
+        The new figure, or the axes that were given as `ax`.
 
     Raises:
         ValueError: If the dataset has no spectra.
@@ -128,7 +128,7 @@ def spectra(dataset: xr.Dataset, *, colours: Colours = COLOURS, ax: Iterable[Axe
     check_dataset("plots.spectra", dataset, "pseudo_spectral_acceleration", "period", advice=advice)
     table = dataset["pseudo_spectral_acceleration"] / STANDARD_GRAVITY
     for dim in ("motion", "damping_ratio", "period"):
-        table = table if dim in table.dims else table.expand_dims(dim)  # after selecting one value
+        table = table if dim in table.dims else table.expand_dims(dim)  # the user selected one value of it
         if not table.sizes[dim]:
             raise ValueError(f"plots.spectra: the dataset has no {dim}: check the condition by which you selected it")
     table = table.transpose("damping_ratio", "motion", "period")

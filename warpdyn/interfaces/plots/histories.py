@@ -1,4 +1,4 @@
-"""Figures of the response history of one sample: displacements, drifts, base shear, and hysteresis loops."""
+"""Figures of the response history of one sample: displacements, drifts and base shear, and hysteresis loops."""
 
 from __future__ import annotations
 
@@ -27,22 +27,22 @@ from warpdyn.interfaces.plots.style import (
     title,
 )
 
-PANELS_IN_A_ROW = 5
-MOST_LINES_NAMED = 10  # largest number of storeys that all have names in the legend
+PANELS_IN_A_ROW = 5  # largest number of panels next to each other
+MOST_LINES_NAMED = 10  # largest number of storeys that are all named in the legend
 BEYOND = 1.1  # end of the time axis, divided by the time of collapse
 _HISTORIES = "draw a run of simulate(..., histories=wd.Histories([0]))"
 
 
 def histories(dataset: xr.Dataset, history: int = 0, *, ax: Iterable[Axes] | None = None) -> Drawn:
-    """Draw the displacements, storey drifts and base shear of one sample over time, up to a collapse.
+    """Draw displacements [mm], storey drifts [mm] and base shear [MN] of one sample over time, up to a collapse.
 
     Args:
-        dataset: A run with histories. For a LinearSystem only the displacements are drawn.
-        history: Index of the history, counted from 0.
-        ax: Axes to draw into, three for a ShearBuilding, one for a LinearSystem; None: a new figure.
+        dataset: Result of `simulate` with histories. For a LinearSystem only the displacements are drawn.
+        history: Index of the history that is drawn, counted from 0.
+        ax: Axes to draw into: three for a ShearBuilding, one for a LinearSystem. None: a new figure.
 
     Returns:
-        The figure, or the axes given.
+        The new figure, or the axes that were given as `ax`.
 
     Raises:
         ValueError: If the dataset has no such history.
@@ -79,7 +79,7 @@ def histories(dataset: xr.Dataset, history: int = 0, *, ax: Iterable[Axes] | Non
         at, words = collapse
         for axes in all_axes:
             axes.axvline(at, color=COLLAPSE_COLOUR, lw=1, ls="--", label=words)
-        time = time[time <= max(BEYOND * at, time[1])]  # the history ends there
+        time = time[time <= max(BEYOND * at, time[1])]  # the history ends at the collapse
     if count > 1 or collapse:
         for axes in all_axes[:2]:
             legend(axes, outside=True)
@@ -91,15 +91,15 @@ def histories(dataset: xr.Dataset, history: int = 0, *, ax: Iterable[Axes] | Non
 
 
 def hysteresis(dataset: xr.Dataset, history: int = 0, *, ax: Iterable[Axes] | Axes | None = None) -> Drawn:
-    """Draw hysteresis loops, i.e. storey force against storey drift, from a history or a static test.
+    """Draw hysteresis loops: storey force [MN] against storey drift [mm], from a response history or a static test.
 
     Args:
-        dataset: A run of a ShearBuilding with histories, or the result of `storey_hysteresis` or `pushover`.
-        history: Index of the history, counted from 0.
+        dataset: Result of `simulate` for a ShearBuilding with histories, or of `storey_hysteresis` or `pushover`.
+        history: Index of the history that is drawn, counted from 0; ignored for static tests.
         ax: Axes to draw into, one per storey; None: a new figure.
 
     Returns:
-        The figure, or the axes given.
+        The new figure, or the axes that were given as `ax`.
 
     Raises:
         ValueError: If the dataset has no storey forces.
@@ -128,7 +128,7 @@ def hysteresis(dataset: xr.Dataset, history: int = 0, *, ax: Iterable[Axes] | Ax
 
 
 def _loops(drift: np.ndarray, force: np.ndarray, ax: Iterable[Axes] | Axes | None) -> tuple[Drawn, list[Axes]]:
-    """Draw the force [N] against the drift [m], both of shape [step, storey], one panel per storey."""
+    """Draw the force [N] against the drift [m], both of shape [step, storey], in one panel per storey."""
     storeys = force.shape[1]
     columns = min(storeys, PANELS_IN_A_ROW)
     size = (2.2 * columns + 0.6, 2.9 * -(-storeys // columns))
@@ -148,7 +148,7 @@ def _loops(drift: np.ndarray, force: np.ndarray, ax: Iterable[Axes] | Axes | Non
 
 
 def chosen_history(function: str, dataset: xr.Dataset, history: int, *names: str) -> xr.Dataset:
-    """Return one history of a run; raise an error if the run has no such history."""
+    """Return the part of a run for one history; raise an error if the history does not exist or its sample failed."""
     kind = " of a ShearBuilding" if "storey_force" in names else ""
     check_run(function, dataset, *names, "history_sample", advice=_HISTORIES + kind)
     if "history" in dataset.dims:
@@ -169,7 +169,7 @@ def number_of_sample(chosen: xr.Dataset) -> int:
 
 
 def _of_sample(dataset: xr.Dataset, chosen: xr.Dataset) -> xr.Dataset | None:
-    """Return the sample of a history; None if the sample was removed from the run by a selection."""
+    """Return the values of the sample of a history; None if the run no longer contains the sample after a selection."""
     if "sample" not in dataset.dims:
         return None
     numbers = dataset["sample"].values if "sample" in dataset.coords else np.arange(0)
@@ -178,7 +178,7 @@ def _of_sample(dataset: xr.Dataset, chosen: xr.Dataset) -> xr.Dataset | None:
 
 
 def time_of_collapse(dataset: xr.Dataset, chosen: xr.Dataset) -> tuple[float, str] | None:
-    """Return the time [s] and a description of the collapse in a history; None without collapse."""
+    """Return the time of collapse [s] in a history, and a text for the legend; None if the sample did not collapse."""
     own = _of_sample(dataset, chosen)
     if own is None or "status" not in own or decoded_status(own["status"].expand_dims("sample"))[0] != COLLAPSED:
         return None
@@ -191,7 +191,7 @@ def time_of_collapse(dataset: xr.Dataset, chosen: xr.Dataset) -> tuple[float, st
 
 
 def sample_title(dataset: xr.Dataset, chosen: xr.Dataset) -> str:
-    """Return a title with the sample of a history, its motion and its level."""
+    """Return a title with the number of the sample of a history, its ground motion and its intensity level."""
     text, own = f"Sample {number_of_sample(chosen)}", _of_sample(dataset, chosen)
     if own is None:
         return text

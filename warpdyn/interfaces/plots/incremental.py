@@ -1,4 +1,4 @@
-"""Figures of incremental dynamic analysis (IDA): demands at increasing intensities up to collapse, and capacities."""
+"""Figures of incremental dynamic analysis (IDA): drifts at increasing intensities up to collapse, and capacities."""
 
 from __future__ import annotations
 
@@ -30,34 +30,35 @@ from warpdyn.interfaces.plots.style import (
 )
 
 MOST_CURVES = 200  # largest number of curves that are drawn; the fractiles use all curves
-APART = 0.04  # smallest distance between the names of two limits, as a fraction of the axis
-BEYOND = 1.6  # end of the axis divided by the largest drift; horizontal lines need this space
+APART = 0.04  # smallest distance between the names of two limits, divided by the length of the axis
+BEYOND = 1.6  # end of the axis divided by the largest drift; leaves space for the horizontal lines after collapse
 
 
 def ida_curves(
     dataset: xr.Dataset, *, colour: str = COLOURS[0], scale: str = "linear", ax: Axes | None = None
 ) -> Drawn:
-    """Draw IDA curves (intensity against the largest peak drift ratio for each motion) and 16, 50 and 84 % curves.
+    """Draw IDA curves (intensity over the largest peak drift ratio), and their 16, 50 and 84 % fractile curves.
 
-    A curve has a cross at its first collapse and is horizontal after it. Fractiles are those of the drift at each
-    level; a collapsed sample exceeds every drift. A fractile curve becomes horizontal at the first level at which the
-    fractile is undefined. (The 84 % curve of the drift is the lowest.)
+    There is one IDA curve per pair of structure and motion. A curve has a cross at its first collapse and is horizontal
+    after it. Fractiles are those of the drift ratio at each intensity level; a collapsed sample counts as exceeding
+    every drift. A fractile curve becomes horizontal at the first level at which the fractile is undefined, because too
+    many samples collapsed. The 84 % fractile of the drift is the lowest curve.
 
     Source: Vamvatsikos and Cornell (2002), "Incremental dynamic analysis", Earthquake Engineering and Structural
     Dynamics 31(3).
 
     Args:
-        dataset: A run on stripes, with one curve per structure and motion; if it is merged with its `fragility`, the
-            limits are also drawn.
-        colour: Colour of the fractiles.
-        scale: Axis of the drifts: "linear" or "log".
+        dataset: Result of `simulate` on stripes. If it is merged with the result of `fragility`, the limits of the
+            damage states are also drawn.
+        colour: Colour of the fractile curves.
+        scale: Scale of the axis of drifts: "linear" or "log".
         ax: Axes to draw into; None: a new figure.
 
     Returns:
-        The figure, or the axes given.
+        The new figure, or the axes that were given as `ax`.
 
     Raises:
-        ValueError: If the run has several archetypes, fewer than two stripes or no drifts, or the scale is unknown.
+        ValueError: If the run has several archetypes, fewer than two stripes or no drifts, or if the scale is unknown.
         TypeError: If `dataset` is not a Dataset.
 
     Example:
@@ -95,12 +96,13 @@ def ida_curves(
     for share, drift, style in zip(SHARES, 100 * drawn.fractiles().T, ("--", "-", ":"), strict=True):
         defined = np.isfinite(drift)
         width = 2.0 if share == 0.5 else 1.3
-        # Draw a fractile up to the first level at which it is undefined.
+        # A fractile curve is drawn up to the first level at which the fractile is undefined.
         last = int(np.argmin(defined)) if not defined.all() else defined.size
         line = np.append(0.0, drift[:last]), np.append(0.0, drawn.levels[:last])
         axes.plot(*line, style, color=colour, lw=width, label=f"{100 * share:.0f} % of the drifts")
         if 0 < last < defined.size:
-            # Above it, rise to the level at which this share of the samples has collapsed, and continue horizontally.
+            # From its last point, the curve rises to the level at which this share of the samples has collapsed, and
+            # continues horizontally.
             rise = (
                 [drift[last - 1], collapses[:, 0].max(), farthest],
                 [drawn.levels[last - 1], *2 * [drawn.levels[last]]],
@@ -124,22 +126,23 @@ def ida_curves(
 
 
 def capacities(dataset: xr.Dataset, *, colour: str = COLOURS[0], scale: str = "log", ax: Axes | None = None) -> Drawn:
-    """Draw the 16, 50 and 84 % fractiles of the capacities at each limit, and the IDA curves if they were kept.
+    """Draw the 16, 50 and 84 % fractiles of the capacities for each limit, and the IDA curves if they were kept.
 
-    The fractiles are those of the intensity at a given demand (Vamvatsikos and Cornell 2002). Capacities above the
-    highest level (infinite) are not drawn. A state that only collapse exceeds is drawn at the right end.
+    A capacity is the intensity at which a pair of structure and motion first exceeds a limit, so the fractiles are
+    those of the intensity at a given demand (Vamvatsikos and Cornell 2002). Capacities above the highest analysed level
+    are infinite and not drawn. A state that only collapse exceeds is drawn at the right end.
 
     Args:
-        dataset: Result of `capacities`; with `keep_curves=True`, the IDA curves are also drawn.
-        colour: Colour of the fractiles.
-        scale: Axes of demand and intensity: "log" or "linear".
+        dataset: Result of `capacities`. If it was computed with `keep_curves=True`, the IDA curves are also drawn.
+        colour: Colour of the fractile curves.
+        scale: Scale of the axes of demand and intensity: "log" or "linear".
         ax: Axes to draw into; None: a new figure.
 
     Returns:
-        The figure, or the axes given.
+        The new figure, or the axes that were given as `ax`.
 
     Raises:
-        ValueError: If the dataset has no capacities, or all are infinite or failed.
+        ValueError: If the dataset has no capacities, or no capacity is finite.
         TypeError: If `dataset` is not a Dataset.
 
     Example:
@@ -187,7 +190,7 @@ def capacities(dataset: xr.Dataset, *, colour: str = COLOURS[0], scale: str = "l
 
 
 def _draw_kept_curves(axes: Axes, dataset: xr.Dataset, demand: str, factor: float, farthest: float) -> None:
-    """Draw the IDA curve of each pair of structure and motion, horizontal after the first collapse."""
+    """Draw at most MOST_CURVES kept IDA curves, each of a pair of structure and motion, horizontal after collapse."""
     structure, motion = dataset["structure_index"].values, dataset["motion_index"].values
     level, values = dataset["im_level"].values, factor * dataset[demand].values
     collapsed = dataset["status"].values == 1
@@ -209,7 +212,7 @@ def _draw_kept_curves(axes: Axes, dataset: xr.Dataset, demand: str, factor: floa
 
 
 def _name_limits(axes: Axes, limits: list[tuple[str, float]]) -> None:
-    """Draw limits [units of the axis], and write the name of each limit that is not too close to the last name."""
+    """Draw limits as vertical lines [units of the axis]; names that would overlap the previous name are not written."""
     across = axes.transAxes.inverted()
     before = -1.0
     for state, limit in limits:
@@ -224,11 +227,11 @@ def _name_limits(axes: Axes, limits: list[tuple[str, float]]) -> None:
 
 
 def _paths(drawn: Demands) -> list[np.ndarray]:
-    """Return the samples of each curve (one per structure and motion), sorted by level, up to the first collapse."""
+    """Return the sample indices of each IDA curve, sorted by level and ending at the first collapse of the curve."""
     order = np.lexsort((drawn.level, drawn.motion, drawn.structure))
     is_first = np.append(True, (np.diff(drawn.structure[order]) != 0) | (np.diff(drawn.motion[order]) != 0))
     starts = np.flatnonzero(is_first)
-    # Number of collapses at lower levels of the same curve.
+    # Number of collapsed samples at lower levels of the same IDA curve.
     before = np.cumsum(drawn.collapsed[order]) - drawn.collapsed[order]
     before -= before[starts][np.cumsum(is_first) - 1]
     kept = before == 0

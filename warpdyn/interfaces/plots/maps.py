@@ -1,4 +1,4 @@
-"""Maps of damage and losses of the buildings of a region."""
+"""Maps of the damage or the losses of the buildings of a region."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ from warpdyn.answers.fragility.building_results import PROBABILITY, damage_state
 from warpdyn.foundations.core.checks import check_kind, one_of, real_number
 from warpdyn.interfaces.plots.style import SMALL, Drawn, literal, panels, title
 
-MOST_BUILDINGS = 3000  # largest number of buildings drawn as points; more are averaged in cells
+MOST_BUILDINGS = 3000  # largest number of buildings that are drawn as points; more are averaged in cells
 CELLS = 70  # number of cells along the longer side of the map
-KILOMETRES_OF_A_DEGREE = 111.19  # of latitude, on a sphere of the Earth's mean radius
-# The colours become darker with the value, so that the map can be read in grey and by colour-blind readers. The
-# background differs from the palest colour.
+KILOMETRES_OF_A_DEGREE = 111.19  # length of a degree of latitude [km], on a sphere with the mean radius of the Earth
+# The colours become darker as the value increases, so that the map is readable in grey and for colour-blind readers.
+# The background differs from the palest colour.
 COLOUR_MAP, GROUND = "YlOrRd", "0.87"
-HIGHEST = 0.995  # quantile at which the colours end, so that a few extreme cells do not make all others pale
+HIGHEST = 0.995  # quantile of the values with the darkest colour; without it, a few extreme cells make all others pale
 _ADVICE = "draw the result of building_results(counted, stock, inventory)"
 
 
@@ -28,25 +28,25 @@ def damage_map(
 ) -> Drawn:
     """Draw a map of the mean loss ratio, or of the share of buildings in a given damage state or a heavier one.
 
-    Up to 3,000 buildings are drawn as points, with the highest values on top; more buildings are averaged in square
-    cells. The loss ratio of a cell is the expected loss of its buildings divided by their replacement cost; shares are
-    weighted by `number`, the number of buildings of each row. Buildings whose samples all failed have no value and are
-    not drawn. The colours end at the 99.5 % quantile of the points or cells; an arrow at the colour bar means that
-    there are larger values.
+    Up to 3,000 buildings are drawn as points, with the highest values on top. More buildings are averaged in square
+    cells. The loss ratio of a cell is the expected loss of its buildings divided by their replacement cost. The share
+    of a cell is weighted by `number`, the number of buildings that a row of the table represents. Buildings whose
+    samples all failed have no value and are not drawn. The darkest colour is at the 99.5 % quantile of the points or
+    cells; an arrow at the colour bar means that there are larger values.
 
     Args:
         results: Result of `building_results`, or some of its rows.
-        state: The damage state; None: loss ratios.
-        cell: Side of the cells [km]. None: points for up to 3,000 buildings, otherwise 1/70 of the longer side of the
-            map.
-        ax: Axes to draw into, such as axes with the trace of a fault; None: a new figure.
+        state: Name of the damage state; None: loss ratios are drawn.
+        cell: Side length of the square cells [km]. None: up to 3,000 buildings are points; more are averaged in cells
+            of 1/70 of the longer side of the map.
+        ax: Axes to draw into, such as axes that already show the trace of a fault; None: a new figure.
 
     Returns:
-        The figure, or the axes given.
+        The new figure, or the axes that were given as `ax`.
 
     Raises:
-        ValueError: If the table is not a result of `building_results`, lacks the state, the losses or (for losses) the
-            replacement costs, no building has a value, or the side is not above 0.
+        ValueError: If the table is not a result of `building_results`; if it lacks the damage state, the losses or (for
+            losses) the replacement costs; if no building has a value; or if `cell` is not above 0.
         TypeError: If `results` is not a DataFrame.
 
     Example:
@@ -107,7 +107,7 @@ def damage_map(
 
 
 def _values_of(results: pd.DataFrame, state: str | None) -> tuple[np.ndarray, np.ndarray, str]:
-    """Return the value of each building, its weight in a mean, and the label of the colour bar."""
+    """Return the value of each building [1], its weight in the mean of a cell, and the label of the colour bar."""
     missing = [name for name in ("longitude", "latitude", "number") if name not in results]
     if missing:
         raise ValueError(f"plots.damage_map: the table has no column {missing[0]!r}: {_ADVICE}")
@@ -131,7 +131,7 @@ def _values_of(results: pd.DataFrame, state: str | None) -> tuple[np.ndarray, np
 
 
 def _buildings(number: pd.Series) -> str:
-    """Return the number of rows and the number of buildings as text."""
+    """Return the number of rows of the table and the number of buildings that they represent, as text."""
     total = float(number.sum())
     return f"{number.size:,} buildings" if total == number.size else f"{number.size:,} rows of {total:,.0f} buildings"
 
@@ -139,13 +139,13 @@ def _buildings(number: pd.Series) -> str:
 def _cells(
     longitude: np.ndarray, latitude: np.ndarray, value: np.ndarray, weight: np.ndarray, side: float, shrink: float
 ) -> tuple[np.ndarray, np.ndarray, np.ma.MaskedArray]:
-    """Return the edges of square cells and the weighted mean in each cell; cells without a building are masked.
+    """Return east and north edges of square cells [degree], and the weighted mean in each cell, masked if it is empty.
 
     Args:
-        longitude, latitude: Locations [degree].
-        value, weight: Values to average, and their weights.
-        side: Side of a cell [km].
-        shrink: Length of a degree of longitude divided by the length of a degree of latitude.
+        longitude, latitude: Locations of the buildings [degree], shape [building].
+        value, weight: Values that are averaged, and their weights, shape [building].
+        side: Side length of a cell [km].
+        shrink: Length of a degree of longitude divided by the length of a degree of latitude [1].
     """
     edges, cell = [], np.zeros(value.size, np.intp)
     for places, degree in ((latitude, KILOMETRES_OF_A_DEGREE), (longitude, KILOMETRES_OF_A_DEGREE * shrink)):
@@ -153,7 +153,7 @@ def _cells(
         count = max(1, int(np.ceil(np.ptp(places) / step)))
         middle = 0.5 * (places.min() + places.max())
         edges.append(middle + step * (np.arange(count + 1) - 0.5 * count))
-        # Locations that rounding would put outside the map belong to the outer cells.
+        # A location that rounding puts outside the map is counted in the outermost cell.
         cell = cell * count + np.searchsorted(edges[-1][1:-1], places, side="right")
     north, east = edges
     shape = north.size - 1, east.size - 1

@@ -1,4 +1,4 @@
-"""Figures of risk: hazard and annual rates, disaggregation, vulnerability, loss exceedance."""
+"""Figures of seismic risk: hazard and annual rates, disaggregation, vulnerability, and loss exceedance."""
 
 from __future__ import annotations
 
@@ -34,30 +34,30 @@ from warpdyn.interfaces.plots.style import (
     title,
 )
 
-SHARES = (0.16, 0.84)  # fractiles of the shaded range of losses
-BINS = 120  # number of bins of the contributions, which are drawn as areas
-_POINTS = 300
+SHARES = (0.16, 0.84)  # fractiles between which the range of losses is shaded
+BINS = 120  # number of intensity bins of the contributions to the annual rates, which are drawn as areas
+_POINTS = 300  # number of points of each drawn curve
 
 
 def hazard_and_rates(
     curves: xr.Dataset, hazard: Hazard, *, colours: Colours = COLOURS, ax: Iterable[Axes] | Axes | None = None
 ) -> Drawn:
-    """Draw a hazard curve and fragility curves with the contribution of each intensity to the annual rates.
+    """Draw a hazard curve, fragility curves, and the contribution of each intensity to the annual rates.
 
-    Areas show the contributions per unit of ln(intensity), scaled to a maximum of 1. The legend contains the annual
-    rates. The branches of a logic tree are pale; their mean is black.
+    Areas show the contributions to the annual rate of each damage state per unit of ln(intensity), scaled to a maximum
+    of 1. The legend contains the annual rates. For a logic tree, each branch is a pale curve and their mean is black.
 
     Args:
         curves: Result of `fragility`.
-        hazard: The hazard for the intensity measure of the curves.
+        hazard: Hazard curve or logic tree of the site, for the intensity measure of the curves.
         colours: Colour of each damage state: a list with the lightest state first, or a mapping by name.
-        ax: Two axes to draw into; None: a new figure.
+        ax: Two axes to draw into, one for the hazard and one for the fragility; None: a new figure.
 
     Returns:
-        The figure, or the axes given.
+        The new figure, or the axes that were given as `ax`.
 
     Raises:
-        TypeError, ValueError: As for `annual_rates`.
+        TypeError, ValueError: If `curves` and `hazard` are not valid arguments of `annual_rates`.
 
     Example:
         >>> figure = wd.plots.hazard_and_rates(curves, hazard)
@@ -90,7 +90,7 @@ def hazard_and_rates(
         xlabel=f"{literal(name)} [{tree.units}]", ylabel="Probability of exceedance", xscale="log", ylim=(-0.02, 1.02)
     )
     lower.yaxis.set_major_formatter(ticker.PercentFormatter(1.0))
-    # The legend of the fragility curves is in the upper panel, which has space below the hazard curve.
+    # The legend of the fragility curves is in the upper panel, because there is space below the hazard curve.
     first = upper.get_legend()
     legend(upper, handles=lower.get_lines(), loc="lower left", title="annual rates")
     if first is not None:
@@ -102,7 +102,7 @@ def hazard_and_rates(
 
 
 def disaggregation(dataset: xr.Dataset, *, colours: Colours = COLOURS, ax: Axes | None = None) -> Drawn:
-    """Draw the disaggregation of annual rates: the share of each range of intensities, for each damage state.
+    """Draw the disaggregation of annual rates: for each damage state, the share of each range of intensities.
 
     Args:
         dataset: Result of `disaggregate`.
@@ -110,10 +110,10 @@ def disaggregation(dataset: xr.Dataset, *, colours: Colours = COLOURS, ax: Axes 
         ax: Axes to draw into; None: a new figure.
 
     Returns:
-        The figure, or the axes given.
+        The new figure, or the axes that were given as `ax`.
 
     Raises:
-        ValueError: If the dataset lacks the contributions or the dimension damage_state.
+        ValueError: If the dataset lacks the contributions or the dimension `damage_state`.
         TypeError: If `dataset` is not a Dataset.
 
     Example:
@@ -137,7 +137,7 @@ def disaggregation(dataset: xr.Dataset, *, colours: Colours = COLOURS, ax: Axes 
     axes.set(
         xlabel=f"{literal(name)} [{units}]", ylabel="Share of the annual rate", xscale="log", xlim=(edges[0], edges[-1])
     )
-    # Leave space for the legend above the bars.
+    # Space for the legend above the bars.
     axes.set_ylim(0, (1.1 + 0.09 * states.size) * float(dataset["contribution"].max()))
     axes.yaxis.set_major_formatter(ticker.PercentFormatter(1.0))
     plain_numbers(axes.xaxis)
@@ -152,19 +152,20 @@ def vulnerability(
 ) -> Drawn:
     """Draw a vulnerability function: mean loss ratio with its interval, and 16 to 84 % range of the loss ratio.
 
-    The range assumes a beta distribution with the mean and coefficient of variation at each intensity.
+    The 16 to 84 % range is that of a beta distribution with the mean and the coefficient of variation at each
+    intensity.
 
     Args:
         dataset: Result of `vulnerability`.
-        colour: Colour of the curve.
-        scale: Axis of the intensity measure: "log" or "linear".
+        colour: Colour of the curve of the mean loss ratio.
+        scale: Scale of the axis of the intensity measure: "log" or "linear".
         ax: Axes to draw into; None: a new figure.
 
     Returns:
-        The figure, or the axes given.
+        The new figure, or the axes that were given as `ax`.
 
     Raises:
-        ValueError: If the dataset lacks the curve.
+        ValueError: If the dataset lacks the mean loss ratio or its coefficient of variation.
         TypeError: If `dataset` is not a Dataset.
 
     Example:
@@ -196,10 +197,10 @@ def vulnerability(
 
 
 def loss_exceedance(dataset: xr.Dataset, *, colour: str = COLOURS[0], ax: Axes | None = None) -> Drawn:
-    """Draw the annual rate of exceedance of losses, its interval, and the losses of the return periods.
+    """Draw the annual rate of exceedance of a loss, its confidence interval, and the losses for the return periods.
 
-    Losses of events give a curve with one step per event. Draws of one earthquake have no annual rates: the figure
-    shows the share of draws with a larger loss.
+    For losses of single events, the curve has one step per event. For draws of the loss of one earthquake there are no
+    annual rates; the figure then shows the share of draws with a larger loss.
 
     Args:
         dataset: Result of `annual_losses`, `event_losses` or `portfolio_losses`.
@@ -207,10 +208,10 @@ def loss_exceedance(dataset: xr.Dataset, *, colour: str = COLOURS[0], ax: Axes |
         ax: Axes to draw into; None: a new figure.
 
     Returns:
-        The figure, or the axes given.
+        The new figure, or the axes that were given as `ax`.
 
     Raises:
-        ValueError: If the dataset lacks the curve.
+        ValueError: If the dataset lacks the losses or their rates of exceedance.
         TypeError: If `dataset` is not a Dataset.
 
     Example:
@@ -248,7 +249,7 @@ def loss_exceedance(dataset: xr.Dataset, *, colour: str = COLOURS[0], ax: Axes |
 
 
 def _loss_exceedance_of_events(dataset: xr.Dataset, colour: str, ax: Axes | None) -> Drawn:
-    """Draw the losses of events against the annual rate, or the probability, of exceedance."""
+    """Draw the losses of events against their annual rate of exceedance, or (without rates) against the probability."""
     has_rates = "loss_exceedance_rate" in dataset
     name = "loss_exceedance_rate" if has_rates else "exceedance_probability"
     advice = "draw the result of event_losses(counted), or of portfolio_losses with event_rates="
@@ -281,7 +282,7 @@ def _loss_exceedance_of_events(dataset: xr.Dataset, colour: str, ax: Axes | None
 
 
 def _mark_return_periods(axes: Axes, dataset: xr.Dataset) -> None:
-    """Mark the losses of the return periods."""
+    """Mark the loss for each return period by a point with a text, such as "475 years"."""
     for period, loss in zip(dataset["return_period"].values, dataset["return_period_loss"].values, strict=True):
         if loss > 0:
             axes.plot(loss, 1 / period, "o", color=DARK, ms=4)
@@ -291,19 +292,19 @@ def _mark_return_periods(axes: Axes, dataset: xr.Dataset) -> None:
 
 
 def _rate_in_words(rate: float) -> str:
-    """Return an annual rate and its return period as text."""
+    """Return an annual rate and its return period as text; only the rate if the return period is below 1 year."""
     period = 1 / rate
     rounded = float(f"{period:.2g}")
     return f"{rate:.2g} per year (every {rounded:,.0f} years)" if period >= 1 else f"{rate:.2g} per year"
 
 
 def _amount(value: float) -> str:
-    """Return an amount with three digits, without exponent."""
+    """Return an amount as text, rounded to three digits and without an exponent."""
     return f"{float(f'{value:.3g}'):,.0f}" if value >= 100 else f"{value:.3g}"
 
 
 def _beta_range(mean: np.ndarray, variation: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the fractiles SHARES of beta distributions with these means and coefficients of variation."""
+    """Return the 16 and 84 % fractiles of beta distributions with these means and coefficients of variation."""
     certain = ~((mean > 0) & (mean < 1) & (variation > 0))
     m = np.where(certain, 0.5, mean)
     size = m * (1 - m) / np.where(certain, 0.1, variation * mean) ** 2 - 1

@@ -1,4 +1,4 @@
-"""Demands of the samples that did not fail, and their fractiles with collapses, for figures."""
+"""Demands of the samples of a run that did not fail, and fractiles of demands with collapses, for figures."""
 
 from __future__ import annotations
 
@@ -12,25 +12,25 @@ from warpdyn.campaigns.running.selections import of_building, without_added_stor
 from warpdyn.foundations.core.checks import check_dataset
 from warpdyn.foundations.core.output_variables import COLLAPSED, STRIPED, measure_name
 
-SHARES = (0.16, 0.5, 0.84)
+SHARES = (0.16, 0.5, 0.84)  # fractiles that the figures show
 
 
 @dataclass(frozen=True, eq=False)
 class Demands:
-    """A demand of the samples of a run that did not fail.
+    """One demand, such as the peak drift ratio, of the samples of a run that did not fail.
 
     Args:
-        values: The demand, shape [sample] or [sample, storey]; for a collapsed sample the demand until collapse.
-        collapsed: Which samples collapsed, shape [sample].
-        level: Intensity measure of each sample, shape [sample].
-        structure: Index of each sample's structure, shape [sample].
-        motion: Index of each sample's motion, shape [sample].
-        is_striped: Whether there are levels with many samples each (stripes).
-        measure: Name and units of the intensity measure, for the label of an axis.
+        values: The demand, shape [sample] or [sample, storey]; for a collapsed sample, the demand until its collapse.
+        collapsed: True for each sample that collapsed, shape [sample].
+        level: Intensity of each sample [units], shape [sample].
+        structure: Index of the structure of each sample, shape [sample].
+        motion: Index of the ground motion of each sample, shape [sample].
+        is_striped: True if many samples share each intensity level (stripes).
+        measure: Name and units of the intensity measure, as the label of an axis.
         measure_name: Name of the intensity measure.
         units: Units of the intensity measure.
-        beyond: Which values count as infinite because of a collapse, of the shape of `values`. If each storey has a
-            demand, only that of the storey that collapsed counts as infinite.
+        beyond: True for each value that counts as infinite because of a collapse; same shape as `values`. If `values`
+            has the dimension storey, only the storey that collapsed counts as infinite.
     """
 
     values: np.ndarray
@@ -46,46 +46,47 @@ class Demands:
 
     @property
     def levels(self) -> np.ndarray:
-        """The distinct levels, increasing."""
+        """The different intensity levels of the samples, in increasing order."""
         return np.unique(self.level)
 
     @property
     def unlimited(self) -> np.ndarray:
-        """The demand, with infinity where `beyond` is True."""
+        """The demand as float64, with infinity for each value that counts as infinite (`beyond`)."""
         return np.where(self.beyond, np.inf, self.values.astype(np.float64))
 
     def fractiles(self) -> np.ndarray:
-        """Return the 16, 50 and 84 % fractiles of each level, shape [level, share, ...]; NaN where undefined."""
+        """Return the 16, 50 and 84 % fractiles at each level, shape [level, share, ...]; NaN if undefined."""
         demand = self.unlimited
         return np.array([fractiles(demand[self.level == level]) for level in self.levels])
 
     def collapsed_share(self) -> np.ndarray:
-        """Return the share of collapsed samples at each level."""
+        """Return the share of collapsed samples at each intensity level, shape [level]."""
         return np.array([self.collapsed[self.level == level].mean() for level in self.levels])
 
 
 def fractiles(demand: np.ndarray, shares: tuple[float, ...] = SHARES) -> np.ndarray:
-    """Return fractiles along the first axis; NaN if they are undefined because too many samples collapsed.
+    """Return fractiles of a demand along its first axis; NaN if too many samples collapsed.
 
-    The median is undefined if more than half of the samples collapsed, the 84 % fractile if more than 16 % collapsed.
+    The median is undefined if more than half of the samples collapsed, and the 84 % fractile if more than 16 %
+    collapsed.
 
     Args:
-        demand: Demands, infinite for collapsed samples, shape [sample, ...].
-        shares: Shares of the samples below the fractile.
+        demand: Demands of the samples, infinite for collapsed samples, shape [sample, ...].
+        shares: For each fractile, the share of samples at or below it.
 
     Returns:
-        Shape [share, ...].
+        Fractiles in the unit of the demand, shape [share, ...].
     """
     counted = np.quantile(demand, shares, axis=0, method="inverted_cdf")
     with np.errstate(invalid="ignore"):
         between = np.quantile(demand, shares, axis=0)
-    # Interpolation between a finite and an infinite value would be infinite: use the finite value instead.
+    # An interpolation between a finite and an infinite value is infinite; the finite value is used instead.
     found = np.where(np.isfinite(between), between, counted)
     return np.where(np.isfinite(found), found, np.nan)
 
 
 def check_run(function: str, run: object, *names: str, advice: str) -> None:
-    """Raise an error with advice unless a run has these variables, a single event and at least one sample."""
+    """Raise an error with advice unless a run contains these variables, a single event and at least one sample."""
     check_dataset(f"plots.{function}", run, *names, advice=advice)
     assert isinstance(run, xr.Dataset)
     if "event" in run.dims:
@@ -97,15 +98,15 @@ def check_run(function: str, run: object, *names: str, advice: str) -> None:
 def demands_of(
     function: str, run: xr.Dataset, demand: str, advice: str, *, by_storey: bool = False, by_level: bool = True
 ) -> Demands:
-    """Return a demand of a run, the largest over the storeys or each storey's, without isolators and mass dampers.
+    """Return a demand of the samples that did not fail, without storeys of isolators and of tuned mass dampers.
 
     Args:
-        function: Name of the plot in errors.
-        run: The run.
+        function: Name of the plot function, for error messages.
+        run: Result of `simulate`.
         demand: Name of the variable, with the dimensions `sample` and `storey`.
-        advice: Advice in errors about missing variables.
-        by_storey: Whether each storey has its own value.
-        by_level: Whether levels are required; if not, they are NaN in a run without levels (random motions).
+        advice: Remedy that the error message for a missing variable contains.
+        by_storey: If True, return the value of each storey; if False, the largest value over the storeys.
+        by_level: If True, the run must have intensity levels; if False, the levels of a run without them are NaN.
 
     Raises:
         ValueError: If the run lacks a variable, or all samples failed.
@@ -136,13 +137,13 @@ def demands_of(
             f"plots.{function}: the run has no dimension storey: select a single storey by isel(storey=[number])"
         )
     if not by_storey and values.ndim > 1:
-        values = np.fmax.reduce(values, axis=1)  # NaN: storeys that a building of a portfolio lacks
+        values = np.fmax.reduce(values, axis=1)  # ignores NaN of storeys that a building of a portfolio lacks
     sample = np.arange(status.size)
     of_sample = {name: run[name].values if name in run else 0 * sample for name in ("structure", "motion_index")}
     collapsed = status[kept] == COLLAPSED
     beyond = np.broadcast_to(collapsed.reshape(-1, *[1] * (values.ndim - 1)), values.shape)
     if values.ndim > 1 and {"storey_of_collapse", "storey"} <= run.keys() | run.coords.keys():
-        # In the other storeys of a collapsed sample, the demands before the collapse count if they are finite.
+        # In a collapsed sample, demands of storeys that did not collapse count if they are finite.
         here = run["storey_of_collapse"].values[kept, None] == run["storey"].values
         beyond = beyond & (here | ~np.isfinite(values))
     level = run["im_level"] if "im_level" in run else xr.DataArray(np.full(status.size, np.nan))
@@ -161,7 +162,7 @@ def demands_of(
 
 
 def label_of_measure(run: xr.Dataset) -> str:
-    """Return the label of the axis of the intensity measure of a run or of fragility curves, with units."""
+    """Return the label of the axis for the intensity measure of a run or of fragility curves: name and units."""
     if "im_level" in run:
         attributes = run["im_level"].attrs
         return f"{measure_name(run)} [{attributes.get('units', 'g')}]"
@@ -170,5 +171,5 @@ def label_of_measure(run: xr.Dataset) -> str:
 
 
 def percent(share: float) -> str:
-    """Return a share in percent, with two digits if it is small."""
+    """Return a share [1] as text in percent, with two significant digits below 10 % and without decimals above."""
     return f"{100 * share:.2g} %" if share < 0.1 else f"{100 * share:.0f} %"

@@ -1,4 +1,4 @@
-"""Common colours, sizes and axes of the figures."""
+"""Colours, sizes, axes and checks that the functions for figures have in common."""
 
 from __future__ import annotations
 
@@ -17,30 +17,30 @@ from numpy.typing import ArrayLike
 
 from warpdyn.foundations.core.checks import one_of, shortened
 
-# Colours of Okabe and Ito, which colour-blind readers can distinguish; the first is for the lightest damage state.
+# Colours of Okabe and Ito, which colour-blind readers can distinguish. The first colour is for the lightest state.
 COLOURS = ("#0072B2", "#009E73", "#E69F00", "#D55E00", "#CC79A7", "#56B4E9", "#000000")
 COLLAPSE_COLOUR = "#D55E00"
-PALE, DARK = "0.7", "0.35"  # greys of background data, and of remarks
-SMALL = 8  # font size of legends and remarks
-TITLE = 9
-LONGEST_NAME = 60  # largest number of characters
+PALE, DARK = "0.7", "0.35"  # greys: PALE for background data, DARK for remarks
+SMALL = 8  # font size of legends and remarks [pt]
+TITLE = 9  # font size of titles [pt]
+LONGEST_NAME = 60  # largest number of characters of a name in a figure
 NO_WIDTH = "\N{ZERO WIDTH SPACE}"
-# Style of names among points or curves: drawn on top, with a white edge around the letters.
+# Style of names among points or curves: drawn on top of them, with a white outline around the letters.
 AMONG_POINTS: dict[str, Any] = {
     "fontsize": SMALL,
     "path_effects": [patheffects.withStroke(linewidth=3, foreground="white")],
     "zorder": 6,
 }
-MOST_POINTS = 20_000  # largest number of points of a cloud that are drawn
+MOST_POINTS = 20_000  # largest number of samples that are drawn as points
 SCALES = ("log", "linear")
-# The result of a plot: a new figure, or the given axes. `Any` is for the axes, so that type checkers accept the result
-# as a figure in calls without `ax`.
+# Result of a function for figures: a new figure, or the given axes. The type of the axes is `Any`, so that type
+# checkers accept the result as a figure in calls without `ax`.
 Drawn: TypeAlias = Figure | Any
 Colours: TypeAlias = str | Sequence[str] | Mapping[str, str]
 
 
 class Picture(Figure):
-    """A figure that a notebook shows as the result of a cell; made without pyplot, which would keep it in memory."""
+    """Figure that a notebook displays as the result of a cell; made without pyplot, which would keep it in memory."""
 
     def _repr_png_(self) -> bytes:
         file = io.BytesIO()
@@ -49,7 +49,7 @@ class Picture(Figure):
 
 
 def new_figure(width: float = 7.0, height: float = 4.6) -> Figure:
-    """Return an empty figure of this size [inch]."""
+    """Return an empty figure; its width and height are in inches."""
     return Picture(figsize=(width, height), layout="constrained")
 
 
@@ -62,19 +62,19 @@ def panels(
     size: tuple[float, float] = (7.0, 4.6),
     **layout: Any,
 ) -> tuple[Drawn, list[Axes]]:
-    """Return the result of a plot (a new figure or the given axes), and its axes as a list.
+    """Return the result of a function for figures (a new figure or the given axes), and a list of its axes.
 
     Args:
-        function: Name of the plot in errors.
-        ax: One axes per panel, given by the user; None: a new figure.
+        function: Name of the plot function, for error messages.
+        ax: Axes that the user gave, one per panel; None: a new figure.
         count: Number of panels.
-        columns: Panels per row; None: all.
+        columns: Number of panels in a row; None: all panels in one row.
         size: Width and height of a new figure [inch].
         layout: Further arguments of `Figure.subplots`.
 
     Raises:
-        TypeError: If `ax` is not axes.
-        ValueError: If the number of axes is not the number of panels.
+        TypeError: If `ax` does not consist of matplotlib axes.
+        ValueError: If the number of axes differs from the number of panels.
     """
     if ax is None:
         columns = columns or count
@@ -97,10 +97,10 @@ def panels(
 
 
 def colours_of(names: Iterable[object], colours: Colours) -> list[str]:
-    """Return the colour of each name, from a mapping with names as keys or from a list, which is repeated if too short.
+    """Return the colour of each name, from a mapping by name or from a list, which is repeated if it is too short.
 
     Raises:
-        ValueError: If a name has no colour, or matplotlib does not know one.
+        ValueError: If a name has no colour, or matplotlib does not know a colour.
     """
     wanted = [str(name) for name in names]
     if isinstance(colours, Mapping):
@@ -122,20 +122,20 @@ def colours_of(names: Iterable[object], colours: Colours) -> list[str]:
 
 
 def check_colour(colour: object) -> None:
-    """Raise a ValueError unless matplotlib knows a colour."""
+    """Raise a ValueError unless the argument is a colour that matplotlib knows."""
     if not isinstance(colour, str | tuple) or not is_color_like(colour):
         raise ValueError(f"colour must be a colour of matplotlib, such as '#0072B2', got {shortened(colour)}")
 
 
 def logarithmic(axes: Axes, which: str, values: ArrayLike) -> None:
-    """Make an axis ("x" or "y") logarithmic; without a positive value its range is 0.1 to 10."""
+    """Make an axis ("x" or "y") logarithmic. If no value is positive, its range is 0.1 to 10."""
     if not np.any(np.asarray(values) > 0):
         axes.set(**{f"{which}lim": (0.1, 10.0)})
     axes.set(**{f"{which}scale": "log"})
 
 
 def plain_numbers(*axes: Any) -> None:
-    """Label logarithmic axes (XAxis or YAxis) with plain numbers: 0.1, 1, 10; a short range has more labels."""
+    """Label logarithmic axes (XAxis or YAxis) with numbers such as 0.1, 1, 10; a short range gets more labels."""
     for axis in axes:
         if axis.get_scale() != "log":
             continue
@@ -148,7 +148,7 @@ def plain_numbers(*axes: Any) -> None:
 
 
 def set_scale(axes: Axes, scale: str, lowest: float, highest: float) -> None:
-    """Make the axis of the intensity measure logarithmic or linear, for a range of levels.
+    """Set scale ("log" or "linear") and range of the horizontal axis, for intensities from `lowest` to `highest`.
 
     Raises:
         ValueError: If the scale is unknown.
@@ -162,13 +162,13 @@ def set_scale(axes: Axes, scale: str, lowest: float, highest: float) -> None:
 
 
 def check_kept(function: str, what: str, dataset: xr.Dataset, *dims: str) -> None:
-    """Raise a ValueError if a dimension of a dataset has no values, for example after a selection.
+    """Raise a ValueError if a dimension of a dataset is missing or empty, for example after a selection.
 
     Args:
-        function: The function of `warpdyn.interfaces.plots`.
-        what: Content of the dataset in errors, in the plural.
-        dataset: The dataset.
-        dims: The dimensions.
+        function: Name of the plot function, for error messages.
+        what: Noun in the plural for the content of the dataset, for error messages.
+        dataset: The dataset whose dimensions are checked.
+        dims: Names of the dimensions.
     """
     for dim in dims:
         if not dataset.sizes.get(dim):
@@ -176,17 +176,17 @@ def check_kept(function: str, what: str, dataset: xr.Dataset, *dims: str) -> Non
 
 
 def grid(*axes: Axes) -> None:
-    """Draw a pale grid."""
+    """Draw a pale grid behind the data of each of the axes."""
     for each in axes:
         is_log = "log" in (each.get_xscale(), each.get_yscale())
         each.grid(alpha=0.3, which="both" if is_log else "major", lw=0.4 if is_log else 0.8)
 
 
 def literal(name: object) -> str:
-    """Return a user's name as text that matplotlib draws unchanged and in one line.
+    """Return a name from the user as text that matplotlib draws unchanged and in one line.
 
-    Without this, text between two "$" would become a formula, legends would omit a label that begins with "_", and a
-    very long name would leave no space for the axes.
+    If a name were not changed in this way, text between two "$" would become a formula, legends would omit a label that
+    begins with "_", and a very long name would leave no space for the axes.
     """
     words = " ".join(str(name).split()) or "(no name)"
     if len(words) > LONGEST_NAME:
@@ -196,11 +196,11 @@ def literal(name: object) -> str:
 
 
 def title(axes: Axes, text: str) -> None:
-    """Write the title of a panel."""
+    """Write the title of a panel in the font size TITLE."""
     axes.set_title(text, fontsize=TITLE)
 
 
 def legend(axes: Axes, *, outside: bool = False, **how: Any) -> None:
-    """Draw the legend of a panel, inside it or at its right."""
+    """Draw the legend of a panel: inside it, or (with `outside`) at its right side."""
     where = {"loc": "upper left", "bbox_to_anchor": (1.01, 1.0), "borderaxespad": 0.0} if outside else {}
     axes.legend(**{"fontsize": SMALL, "title_fontsize": SMALL} | where | how)

@@ -1,1 +1,1 @@
-"""Reports: one HTML file per run with tables, figures and provenance, and summaries of a few lines."""
+"""Reports of runs: one HTML file with tables, figures and provenance, and text summaries of a few lines."""

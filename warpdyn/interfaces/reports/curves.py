@@ -1,4 +1,4 @@
-"""Report sections on fragility curves, and on the statistics of runs without single samples."""
+"""Sections of a report on fragility curves, and on the statistics of a run without single samples."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from warpdyn.interfaces.plots.fragility import fragility_curves
 from warpdyn.interfaces.plots.samples import label_of_measure
 from warpdyn.interfaces.reports.markup import Part, figure, heading, paragraph, table
 
-MOST_VARIABLES = 80
+MOST_VARIABLES = 80  # largest number of variables in the table of statistics
 
 
 def fragility(dataset: xr.Dataset) -> list[Part]:
-    """Return the section on fragility curves; empty if the dataset has no curves.
+    """Return the section of a report on fragility curves; an empty list if the dataset has no curves.
 
     Args:
-        dataset: A run, merged with its fragility curves if it has any.
+        dataset: Result of `simulate`, merged with the result of `fragility` if there are curves.
     """
     if "fragility_median" not in dataset or dataset["fragility_median"].dims != ("damage_state",):
         return []
@@ -52,7 +52,7 @@ def fragility(dataset: xr.Dataset) -> list[Part]:
 
 
 def statistics(dataset: xr.Dataset) -> list[Part]:
-    """Return the section on the statistics of a run without single samples: the range of every variable.
+    """Return the section of a report on a run with `statistics=`: the range of every statistical variable.
 
     Args:
         dataset: Result of `simulate(scene, statistics=...)`.
@@ -63,7 +63,7 @@ def statistics(dataset: xr.Dataset) -> list[Part]:
             continue
         finite = variable.values[np.isfinite(variable.values)].astype(np.float64)
         bounds = (float(finite.min()), float(finite.max())) if finite.size else (np.nan, np.nan)
-        total = float(finite.sum()) if variable.dtype.kind in "iu" else np.nan  # only for counts
+        total = float(finite.sum()) if variable.dtype.kind in "iu" else np.nan  # a sum only for counts
         words = f"{variable.attrs.get('long_name', name)} [{variable.attrs.get('units', '1')}]"
         along = ", ".join(f"{dim} ({size:,})" for dim, size in variable.sizes.items()) or "one value"
         rows.append((words, along, *bounds, total))

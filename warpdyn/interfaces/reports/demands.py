@@ -1,4 +1,4 @@
-"""Report section on demands: fractiles of all samples and by intensity level, and figures."""
+"""Section of a report on demands: tables of fractiles for all samples and for each intensity level, and figures."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ from warpdyn.interfaces.plots.samples import fractiles, label_of_measure
 from warpdyn.interfaces.plots.style import COLOURS, Drawn, grid, legend, new_figure, plain_numbers
 from warpdyn.interfaces.reports.markup import Part, figure, heading, paragraph, table
 
-SHARES = (0.16, 0.5, 0.84, 0.95)
-# Demands in the order of the table; which of them a run has depends on its recorders.
+SHARES = (0.16, 0.5, 0.84, 0.95)  # fractiles in the tables
+# Demands in the order of the table. The recorders of a run determine which of them it contains.
 DEMANDS = (
     "peak_storey_drift_ratio",
     "peak_storey_drift",
@@ -29,33 +29,34 @@ DEMANDS = (
     "hysteretic_energy",
 )
 BY_LEVEL = ("peak_storey_drift_ratio", "peak_floor_acceleration", "residual_drift_ratio", "peak_displacement")
-MOST_LEVELS = 40  # largest number of rows in a table
+MOST_LEVELS = 40  # largest number of intensity levels (rows) in a table
 MOST_LINES = len(COLOURS)  # largest number of lines in a figure
 
 
 def largest_of(run: xr.Dataset, name: str, status: np.ndarray) -> np.ndarray:
-    """Return the largest value of a demand over the storeys, floors or degrees of freedom of each sample.
+    """Return the largest magnitude of a demand over the storeys, floors or degrees of freedom of each sample.
 
     Args:
-        run: The run, for one event.
-        name: The demand.
-        status: Status of the samples, by STATUS_MEANINGS.
+        run: Result of `simulate`, for one event.
+        name: Name of the demand.
+        status: Status of each sample as a number (index in STATUS_MEANINGS), shape [sample].
 
     Returns:
-        Magnitudes for the samples that did not fail, infinite for collapsed samples, shape [sample].
+        Largest magnitudes in the unit of the demand, infinite for collapsed samples, without failed samples, shape
+        [sample].
     """
     kept = status <= COLLAPSED
     values = np.abs(of_building(run, name).transpose("sample", ...).values[kept].astype(np.float64))
     if values.ndim > 1:
-        values = np.fmax.reduce(values, axis=1)  # NaN: storeys that a building of a portfolio lacks
+        values = np.fmax.reduce(values, axis=1)  # ignores NaN of storeys that a building of a portfolio lacks
     return np.where(status[kept] == COLLAPSED, np.inf, values)
 
 
 def demands(run: xr.Dataset) -> list[Part]:
-    """Return the section on the demands of one event.
+    """Return the section of a report on the demands of one event; an empty list if the run has no demands.
 
     Args:
-        run: Result of `simulate`, for one event, with the dimension `sample`.
+        run: Result of `simulate` for one event, with the dimension `sample`.
     """
     status = decoded_status(run["status"])
     names = [name for name in DEMANDS if name in run and "sample" in run[name].dims]
@@ -88,7 +89,7 @@ def demands(run: xr.Dataset) -> list[Part]:
 
 
 def _by_level(run: xr.Dataset, name: str, values: np.ndarray, status: np.ndarray) -> Part:
-    """Return a table of the fractiles of a demand, one row per intensity level."""
+    """Return a table of the fractiles of a demand, with one row per intensity level (at most MOST_LEVELS rows)."""
     levels, kept = run["im_level"].values, status <= COLLAPSED
     rows = []
     for level in np.unique(levels)[:MOST_LEVELS]:
@@ -102,7 +103,7 @@ def _by_level(run: xr.Dataset, name: str, values: np.ndarray, status: np.ndarray
 
 
 def _figures(run: xr.Dataset, values: dict[str, np.ndarray], status: np.ndarray, is_striped: bool) -> list[Part]:
-    """Return the figures for which the run has the variables."""
+    """Return the figures of the demands; a figure is left out if the run lacks its variables."""
     parts = []
     drift = "peak_storey_drift_ratio"
     if drift in values:
@@ -124,7 +125,7 @@ def _figures(run: xr.Dataset, values: dict[str, np.ndarray], status: np.ndarray,
 
 
 def _distribution(run: xr.Dataset, values: np.ndarray, status: np.ndarray, is_striped: bool) -> Drawn:
-    """Draw the distribution of the largest peak drift ratio, for all samples or for some of the levels."""
+    """Draw the distribution of the largest peak drift ratio: one curve for all samples, or one per intensity level."""
     drawn = new_figure(6.4, 4.0)
     axes = drawn.subplots()
     groups = {"all samples": values}

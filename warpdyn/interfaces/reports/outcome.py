@@ -1,4 +1,4 @@
-"""Status of the samples of a run, and remarks on limitations of its results."""
+"""Section of a report on the status of the samples of a run, with remarks on limitations of its results."""
 
 from __future__ import annotations
 
@@ -23,10 +23,10 @@ MEANINGS = {
 
 
 def outcome(run: xr.Dataset) -> list[Part]:
-    """Return the section on the outcome of the samples of one event, with remarks.
+    """Return the section of a report on the status of the samples of one event, with remarks on the results.
 
     Args:
-        run: Result of `simulate`, for one event, with the dimension `sample`.
+        run: Result of `simulate` for one event, with the dimension `sample`.
     """
     status = decoded_status(run["status"])
     counts = np.bincount(status, minlength=len(STATUS_MEANINGS))
@@ -47,11 +47,11 @@ def outcome(run: xr.Dataset) -> list[Part]:
 
 
 def remarks(run: xr.Dataset, status: np.ndarray) -> list[str]:
-    """Return sentences about limitations of the results of a run.
+    """Return sentences that describe limitations of the results of a run; an empty list if there is no limitation.
 
     Args:
-        run: The run, for one event.
-        status: Status of its samples, by STATUS_MEANINGS.
+        run: Result of `simulate`, for one event.
+        status: Status of each sample as a number (index in STATUS_MEANINGS), shape [sample].
     """
     found = []
     failed = int(np.count_nonzero(status > COLLAPSED))
@@ -95,7 +95,7 @@ def remarks(run: xr.Dataset, status: np.ndarray) -> list[str]:
 
 
 def _fit_remarks(run: xr.Dataset) -> list[str]:
-    """Return sentences about damage states whose fragility curves are penalised fits or have no fit."""
+    """Return a sentence for each damage state whose fragility curve is not a regular fit (penalised, or missing)."""
     if "fit_status" not in run or run["fit_status"].dims != ("damage_state",):
         return []
     meanings = str(run["fit_status"].attrs.get("flag_meanings", "")).split()

@@ -1,4 +1,4 @@
-"""Report sections on the scene (structure, scatter, motions), integration errors and provenance."""
+"""Sections of a report on the scene (structure, scatter, motions), integration errors and provenance."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ import xarray as xr
 from warpdyn.foundations.core.description import number_text
 from warpdyn.interfaces.reports.markup import Part, heading, paragraph, preformatted, table
 
-MOST_MOTIONS = 60  # largest number of rows in a table
-MOST_ARCHETYPES = 40
-LONGEST_SCENE = 6000  # largest number of characters
-# Attributes of a run in the order of the table, with their descriptions.
+MOST_MOTIONS = 60  # largest number of rows in the table of ground motions
+MOST_ARCHETYPES = 40  # largest number of rows in the table of archetypes
+LONGEST_SCENE = 6000  # largest number of characters of the scene that are printed
+# Attributes of a run that the report shows, in the order of the table, with their descriptions.
 ATTRIBUTES = {
     "source": "versions",
     "history": "when, and by which call",
@@ -37,10 +37,10 @@ ATTRIBUTES = {
 
 
 def scene_parts(scene: Mapping[str, Any]) -> list[Part]:
-    """Return the section on the structures, their scatter and their excitation.
+    """Return the section of a report on the structures, their scatter and their excitation.
 
     Args:
-        scene: The scene of a run, from the JSON in its attribute `scene`.
+        scene: The scene of a run, as the mapping that the JSON text in the attribute `scene` of the run contains.
     """
     parts = [heading("Scene")]
     structure, excitation = scene.get("structure", {}), scene.get("excitation", {})
@@ -68,7 +68,7 @@ def scene_parts(scene: Mapping[str, Any]) -> list[Part]:
 
 
 def _of_archetype(archetype: Mapping[str, Any]) -> tuple[object, ...]:
-    """Return the row of an archetype: number of buildings, storeys, storey law and random parameters."""
+    """Return the table row of an archetype: number of buildings, number of storeys, storey law, random parameters."""
     building = archetype.get("structure", {})
     storeys, law = building.get("mass", []), building.get("law", "")
     scattered = ", ".join(name.replace("_", " ") for name in archetype.get("scatter", {}))
@@ -81,7 +81,7 @@ def _of_archetype(archetype: Mapping[str, Any]) -> tuple[object, ...]:
 
 
 def _motions(run: xr.Dataset) -> list[Part]:
-    """Return the table of the ground motions; empty if the run has no names of motions."""
+    """Return the table of the ground motions of a run as a list of one part; empty if motions have no names."""
     if "motion_name" not in run or run["motion_name"].ndim != 1:
         return []
     names = run["motion_name"].values
@@ -96,7 +96,7 @@ def _motions(run: xr.Dataset) -> list[Part]:
 
 
 def accuracy(run: xr.Dataset) -> list[Part]:
-    """Return the section on the integration error; empty if the run has no estimates of it.
+    """Return the section of a report on the integration error; an empty list if the run has no error estimates.
 
     Args:
         run: Result of `simulate`, for one event.
@@ -119,7 +119,7 @@ def accuracy(run: xr.Dataset) -> list[Part]:
 
 
 def provenance(run: xr.Dataset) -> list[Part]:
-    """Return the section with everything that is needed to repeat the run.
+    """Return the section of a report that contains everything that is needed to repeat the run.
 
     Args:
         run: Result of `simulate`.
@@ -137,7 +137,7 @@ def provenance(run: xr.Dataset) -> list[Part]:
 
 
 def _words_of(value: Any) -> str:
-    """Return a value of a scene as text: numbers, lists of numbers, and objects as `type(field value, ...)`."""
+    """Return a value of a scene as text; an object is written as `type(field value, ...)`."""
     if isinstance(value, Mapping):
         fields = ", ".join(f"{name} {_words_of(each)}" for name, each in value.items() if name != "type")
         return f"{value.get('type', '')}({fields})" if "type" in value else fields

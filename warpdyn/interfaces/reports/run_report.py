@@ -1,4 +1,4 @@
-"""Report of a run as one HTML file."""
+"""Writer of the report of a run, as one HTML file."""
 
 from __future__ import annotations
 
@@ -21,30 +21,32 @@ from warpdyn.interfaces.reports.provenance import accuracy, provenance, scene_pa
 
 ADVICE = "pass the result of simulate(), alone or merged with fragility(), or read from its file"
 
-WRITTEN = '<meta name="generator" content="warpdyn '  # in page.html
+WRITTEN = '<meta name="generator" content="warpdyn '  # text in page.html that identifies a report of warpdyn
 
 
 def report(dataset: xr.Dataset, path: str | os.PathLike, *, title: str | None = None, overwrite: bool = False) -> Path:
     """Write a report of a run as one HTML file: scene, outcome, demands, fragility curves, accuracy and provenance.
 
-    The file contains its figures, loads nothing else and can be printed on A4. Remarks describe limitations of the
-    results: failed or sensitive samples, energies that do not balance, fragility curves without a regular fit. For a
-    sequence of events there is one section on outcome and demands per event. For a run without single samples
-    (`simulate(scene, statistics=...)`) there is a section on the statistics instead.
+    The file contains its figures, loads no other file and can be printed on A4. Remarks describe limitations of the
+    results: failed or sensitive samples, energies that do not balance, and fragility curves without a regular fit. A
+    report on a sequence of events has one section per event on the outcome and the demands. A report on a run without
+    single samples (`simulate(scene, statistics=...)`) has a section on the statistics instead.
 
     Args:
-        dataset: Result of `simulate`, alone or merged with the result of `fragility`, or read from its file.
-        path: The file; its name ends in ".html" or ".htm".
-        title: Title of the page; None: the dataset's title.
-        overwrite: Whether to replace an existing file even if it is not a report of warpdyn.
+        dataset: Result of `simulate`, alone or merged with the result of `fragility`, or a dataset that was read from
+            the file of such a result.
+        path: Path of the file that is written; its name ends in ".html" or ".htm".
+        title: Title of the page; None: the title of the dataset.
+        overwrite: If True, replace an existing file of any content. If False, replace only a report that warpdyn wrote.
 
     Returns:
-        The path.
+        Path of the written file.
 
     Raises:
-        ValueError: If the dataset is not a run or has no samples, the name has another ending, or the title is empty.
-        TypeError: If `dataset` is not a Dataset, or `path` or `title` is of another type.
-        OSError: If the file cannot be written, or exists with other content.
+        ValueError: If the dataset is not the result of `simulate` or has no samples, if the name has another ending, or
+            if the title is empty.
+        TypeError: If `dataset` is not a Dataset, or `path` or `title` has another type.
+        OSError: If the file cannot be written, or exists with other content and `overwrite` is False.
 
     Example:
         >>> both = run.merge(curves, combine_attrs="no_conflicts")
@@ -88,7 +90,7 @@ def report(dataset: xr.Dataset, path: str | os.PathLike, *, title: str | None = 
 
 
 def _size(dataset: xr.Dataset) -> str:
-    """Return the numbers of samples, structures, motions and levels of a run as text."""
+    """Return a sentence with the numbers of samples, structures, motions and intensity levels of a run."""
     if "sample" not in dataset.dims:
         return "A run with statistics instead of samples."
     parts = [f"{dataset.sizes['sample']:,} samples"]

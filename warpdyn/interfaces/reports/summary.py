@@ -1,4 +1,4 @@
-"""Summary of a run in a few lines of text."""
+"""Summary of a run as a few lines of text."""
 
 from __future__ import annotations
 
@@ -15,19 +15,20 @@ from warpdyn.foundations.core.output_variables import STATUS_MEANINGS, STOREY_KI
 
 
 def summary(run: xr.Dataset) -> str:
-    """Return status counts, collapses, steps and estimated errors of a run in a few lines of text.
+    """Return a few lines of text on a run: status counts, method and steps, collapses, and estimated errors.
 
     Args:
-        run: Result of `simulate`. For a run with `statistics=`, the text contains only the number of failed samples.
+        run: Result of `simulate`. For a run with `statistics=`, the summary contains the number of failed samples, the
+            method and the steps.
 
     Raises:
-        ValueError, TypeError: If `run` is not a result of `simulate`, or has no samples.
+        ValueError, TypeError: If `run` is not a result of `simulate`, or contains no samples.
 
     Example:
         >>> print(wd.summary(run).splitlines()[0])
         144 samples: 144 ok
     """
-    # `damage_shares` has failed_samples, too, but without the dimension `failure`.
+    # A result of `damage_shares` also contains `failed_samples`, but without the dimension `failure`.
     is_of_statistics = isinstance(run, xr.Dataset) and "failed_samples" in run and "failure" in run.dims
     needed = ("step",) if is_of_statistics else ("status", "integration_step")
     check_dataset("summary", run, *needed, advice="pass the result of simulate()", argument="run")
@@ -73,7 +74,7 @@ def summary(run: xr.Dataset) -> str:
 
 
 def _nested_design(run: xr.Dataset) -> list[str]:
-    """Return a line on stripes whose motions have separate structures; no line for other designs."""
+    """Return a line of text on a nested design (each motion has separate structures); [] for other designs."""
     if not {"structure", "motion_index", "im_level"} <= set(run.variables):
         return []
     structure, motion = run["structure"].values, run["motion_index"].values
@@ -86,7 +87,7 @@ def _nested_design(run: xr.Dataset) -> list[str]:
 
 
 def _integration(run: xr.Dataset, steps: np.ndarray) -> list[str]:
-    """Return lines on the method, the reason for it, the steps [s] and the time spent."""
+    """Return lines of text on the integration: method, reason for it, shortest and longest step [s], and time [s]."""
     method = run.attrs["method"]
     return [
         f"{method} in {run.attrs['dtype']} on {run.attrs['device']}, "
@@ -96,7 +97,7 @@ def _integration(run: xr.Dataset, steps: np.ndarray) -> list[str]:
 
 
 def _collapses(run: xr.Dataset) -> list[str]:
-    """Return a line on the storeys and times of the collapses; no line without collapses."""
+    """Return a line of text on the storeys and times [s] of the collapses; [] if no sample collapsed."""
     if "storey_of_collapse" not in run:
         return []
     storey, time = run["storey_of_collapse"].values, run["time_of_collapse"].values
@@ -112,7 +113,7 @@ def _collapses(run: xr.Dataset) -> list[str]:
 
 
 def names_of_storeys(run: xr.Dataset, number: int) -> str:
-    """Return the number of a storey, with its kind if it consists of isolators or a tuned mass damper."""
+    """Return the number of a storey as text; isolators and a tuned mass damper are named after the number."""
     if STOREY_KIND not in run.coords:
         return str(number)
     kind = int(run[STOREY_KIND].values[run["storey"].values == number][0])

@@ -1,1 +1,1 @@
-"""Results of each building of a region in files for GIS programs, SimCenter's R2D tool and OpenQuake."""
+"""Writers of the results of each building of a region, for GIS programs, SimCenter's R2D tool and OpenQuake."""

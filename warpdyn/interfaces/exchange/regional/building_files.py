@@ -1,4 +1,4 @@
-"""Files with the results of each building, as GeoParquet, CSV, GeoJSON or netCDF."""
+"""Writer of the results of each building of a region as GeoParquet, CSV, GeoJSON or netCDF."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from warpdyn.interfaces.exchange.text_files import check_same_table, checked_pat
 
 _FUNCTION = geoparquet.FUNCTION
 _MONEY = {"units": "1", "comment": "in the currency of replacement_cost"}
-# netCDF attributes of warpdyn's columns; the units of a user's other columns are not known.
+# netCDF attributes of the columns that warpdyn computes. The units of further columns of a user are not known.
 _ATTRIBUTES: dict[str, dict[str, str]] = {
     "id": {"long_name": "id of the building in the inventory"},
     "longitude": {"long_name": "longitude", "standard_name": "longitude", "units": "degrees_east"},
@@ -41,31 +41,32 @@ _ATTRIBUTES: dict[str, dict[str, str]] = {
 
 
 def write_building_results(results: pd.DataFrame, path: str | os.PathLike, *, overwrite: bool = False) -> Path:
-    """Write damage probabilities and losses of each building as GeoParquet, CSV, GeoJSON or netCDF.
+    """Write the damage probabilities and losses of each building as GeoParquet, CSV, GeoJSON or netCDF.
 
-    The ending of the name selects the format:
+    The ending of the file name selects the format:
 
-    - ".parquet": GeoParquet 1.1 with points on WGS 84, for GIS programs, geopandas and pandas; the smallest file and
-      the fastest to write;
-    - ".csv": the columns of the table;
-    - ".geojson" (RFC 7946): points with the columns as properties, with ten digits after the decimal point;
+    - ".parquet": GeoParquet 1.1 with points on WGS 84, for GIS programs, geopandas and pandas. This file is the
+    smallest and the fastest to write.
+    - ".csv": one row per row of the table, with the same columns.
+    - ".geojson" (RFC 7946): one point per row of the table. The properties are the columns, with ten digits after the
+    decimal point.
     - ".nc": netCDF with CF conventions and the dimensions `building` and `damage_state`.
 
     Args:
         results: Result of `building_results`, or some of its rows.
-        path: The file. An existing netCDF file is replaced only if warpdyn wrote it.
-        overwrite: Whether to replace an existing CSV, Parquet or GeoJSON file even if it does not have the same
-            columns.
+        path: Path of the file that is written. An existing netCDF file is replaced only if warpdyn wrote it.
+        overwrite: If True, replace an existing CSV, Parquet or GeoJSON file of any content. If False, replace it only
+            if it has the same columns.
 
     Returns:
-        The path.
+        Path of the written file.
 
     Raises:
-        ValueError: If the name has another ending, the table lacks a column or a location, or a value is impossible,
-            such as a probability above 1.
+        ValueError: If the name has another ending, if the table lacks a column or a location, or if a value is
+            impossible, such as a probability above 1.
         ImportError: If the file is GeoParquet and pyarrow is not installed.
         TypeError: If `results` is not a DataFrame.
-        OSError: If the file cannot be written, or exists with other content.
+        OSError: If the file cannot be written, or exists with other content and `overwrite` is False.
 
     Example:
         >>> path = wd.write_building_results(results, "buildings.parquet")
@@ -101,7 +102,7 @@ def write_building_results(results: pd.DataFrame, path: str | os.PathLike, *, ov
 
 
 def _dataset(table: pd.DataFrame, states: list[str]) -> xr.Dataset:
-    """Return the table as a dataset with the dimensions building and damage_state."""
+    """Return the table of building results as a dataset with the dimensions building and damage_state."""
     of_states = {f"{kind}{state}" for kind in (PROBABILITY, STANDARD_ERROR) for state in states}
     variables: dict[str, Any] = {}
     for name in table.columns:
@@ -128,7 +129,7 @@ def _dataset(table: pd.DataFrame, states: list[str]) -> xr.Dataset:
 
 
 def _values(column: pd.Series) -> np.ndarray:
-    """Return the values of a column as netCDF stores them; missing text is ""."""
+    """Return the values of a column in a type that netCDF can store; missing texts are written as ""."""
     if isinstance(column.dtype, pd.CategoricalDtype):
         names = np.append(column.cat.categories.astype(str).to_numpy(), "").astype(object)
         return names[column.cat.codes.to_numpy()]  # code -1: missing

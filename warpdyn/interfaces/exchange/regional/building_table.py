@@ -1,4 +1,4 @@
-"""Checks of the table of `building_results` before a file is written."""
+"""Checks of the table that `building_results` returns, before a function writes it to a file."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from warpdyn.answers.fragility.building_results import PROBABILITY, STANDARD_ERR
 from warpdyn.foundations.core.checks import check_kind
 from warpdyn.foundations.core.messages import amount_of
 
-ROWS_AT_A_TIME = 2**16  # number of rows converted to text at a time: about 10 MB
-ROUNDING = 1e-9  # averages of probabilities may exceed 1 by rounding
+ROWS_AT_A_TIME = 2**16  # number of table rows that are converted to text at once, about 10 MB
+ROUNDING = 1e-9  # a mean of probabilities may exceed 1 by this much because of rounding
 AT_LEAST_ZERO = (
     "number",
     "sample_count",
@@ -25,18 +25,18 @@ ADVICE = "pass the result of building_results(counted, stock, inventory)"
 
 
 def checked_results(function: str, results: object, *names: str) -> tuple[pd.DataFrame, list[str]]:
-    """Return a table of results, and the damage states for which it has probabilities, "none" first.
+    """Check a table of building results; return it, and its damage states in order, starting with "none" (no damage).
 
     Args:
-        function: The public function.
-        results: The table.
-        names: Further columns that are needed.
+        function: Name of the public function, for error messages.
+        results: The table, one row per building.
+        names: Names of further columns that the table must contain.
 
     Raises:
         TypeError: If `results` is not a DataFrame.
         ValueError: If a column or a location is missing, or a value is impossible: a longitude or latitude out of
-            range, a probability not from 0 to 1, a negative standard error or number of buildings, or an infinite
-            value.
+            range, a probability that is not from 0 to 1, a negative standard error or number of buildings, or an
+            infinite value.
     """
     check_kind(function, "a DataFrame", results, pd.DataFrame, ADVICE, argument="results")
     assert isinstance(results, pd.DataFrame)
@@ -66,7 +66,7 @@ def checked_results(function: str, results: object, *names: str) -> tuple[pd.Dat
 
 
 def _numbers(function: str, results: pd.DataFrame, name: str) -> np.ndarray:
-    """Return a column of numbers; raise a ValueError if it is not numeric."""
+    """Return a column of the table as float64 numbers, shape [row]; raise a ValueError if it is not numeric."""
     column = results[name]
     if not pd.api.types.is_numeric_dtype(column):
         raise ValueError(f"{function}: column {name!r} has the type {column.dtype}; it must contain numbers")
@@ -74,7 +74,7 @@ def _numbers(function: str, results: pd.DataFrame, name: str) -> np.ndarray:
 
 
 def _check_range(function: str, results: pd.DataFrame, name: str, low: float, high: float, hint: str = "") -> None:
-    """Raise a ValueError that names a row if a column has an infinite value or a value outside a range."""
+    """Raise a ValueError if a column contains an infinite value or a value outside a range; the error names the row."""
     values = _numbers(function, results, name)
     bad = (values < low) | (values > high) | np.isinf(values)
     if bad.any():
@@ -87,6 +87,6 @@ def _check_range(function: str, results: pd.DataFrame, name: str, low: float, hi
 
 
 def parts_of(table: pd.DataFrame) -> Iterator[pd.DataFrame]:
-    """Yield the rows of a table in parts."""
+    """Yield consecutive parts of a table, each with at most ROWS_AT_A_TIME rows."""
     for first in range(0, len(table), ROWS_AT_A_TIME):
         yield table.iloc[first : first + ROWS_AT_A_TIME]

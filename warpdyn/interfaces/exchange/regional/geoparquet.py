@@ -1,4 +1,4 @@
-"""Writer of points as GeoParquet 1.1: Parquet with a column of geometries and metadata that describe it."""
+"""Writer of points as GeoParquet 1.1: a Parquet file with a column of geometries and metadata that describe it."""
 
 from __future__ import annotations
 
@@ -11,17 +11,17 @@ from warpdyn.interfaces.exchange.regional.building_table import parts_of
 
 FUNCTION = "write_building_results"
 VERSION, GEOMETRY = "1.1.0", "geometry"
-LOOKED_AT = 10_000  # number of rows in which repeated values are counted
-# A point in well-known binary (OGC 06-103r4): byte order (little-endian), type 1, and two coordinates.
+LOOKED_AT = 10_000  # number of rows in which different values are counted, for the choice of the encoding
+# Layout of a point in well-known binary (OGC 06-103r4): byte order (1: little-endian), type 1 (point), two coordinates.
 POINT = np.dtype([("order", "u1"), ("type", "<u4"), ("x", "<f8"), ("y", "<f8")])
 
 
 def write_points(name: str, table: pd.DataFrame) -> None:
-    """Write a table with locations as GeoParquet.
+    """Write a table with the location of each row as a GeoParquet file.
 
     Args:
-        name: The file.
-        table: The table, with columns `longitude` and `latitude` [degree].
+        name: Path of the file that is written.
+        table: The table, with the columns `longitude` and `latitude` [degree].
 
     Raises:
         ValueError: If a column contains values of several types, such as text and numbers.
@@ -30,7 +30,7 @@ def write_points(name: str, table: pd.DataFrame) -> None:
     import pyarrow.parquet as pq
 
     low, high = ([float(edge(table[column])) for column in ("longitude", "latitude")] for edge in (np.min, np.max))
-    # Without a `crs`, coordinates are longitude and latitude on WGS 84 (OGC:CRS84) by the specification.
+    # By the specification, coordinates without a `crs` are longitude and latitude on WGS 84 (OGC:CRS84).
     column = {"encoding": "WKB", "geometry_types": ["Point"], "bbox": [*low, *high]}
     geo = {"version": VERSION, "primary_column": GEOMETRY, "columns": {GEOMETRY: column}}
     plain = _converted(table)
@@ -39,7 +39,8 @@ def write_points(name: str, table: pd.DataFrame) -> None:
         b"PANDAS_ATTRS": json.dumps(table.attrs).encode(),
     }
     schema = plain.schema.append(pa.field(GEOMETRY, pa.binary(), nullable=False)).with_metadata(said)
-    # Use dictionary encoding only for columns with many repeated values; for others it takes time and saves nothing.
+    # Dictionary encoding is used only for columns with many repeated values. For other columns it takes time and saves
+    # no space.
     few = [column for column in table if table[column].iloc[:LOOKED_AT].nunique() <= LOOKED_AT / 10]
     first = 0
     with pq.ParquetWriter(name, schema, use_dictionary=few) as writer:
@@ -50,7 +51,7 @@ def write_points(name: str, table: pd.DataFrame) -> None:
 
 
 def _converted(table: pd.DataFrame):  # type: ignore[no-untyped-def]  # pyarrow carries no types
-    """Return the table as Arrow table, without copying numbers; an error names the column that Arrow cannot store."""
+    """Return the table as an Arrow table without copying numbers; an error names a column that Arrow cannot store."""
     import pyarrow as pa
 
     try:
@@ -68,7 +69,7 @@ def _converted(table: pd.DataFrame):  # type: ignore[no-untyped-def]  # pyarrow 
 
 
 def _binary(part: pd.DataFrame):  # type: ignore[no-untyped-def]  # pyarrow carries no types
-    """Return the locations of a part of the table as well-known binary."""
+    """Return the points of some rows of the table as an Arrow array of well-known binary values, one per row."""
     import pyarrow as pa
 
     points = np.empty(len(part), dtype=POINT)

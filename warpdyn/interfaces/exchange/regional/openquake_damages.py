@@ -1,4 +1,4 @@
-"""Damage of each asset in the format of OpenQuake's damage calculators."""
+"""Writer of the damage of each asset in the format of OpenQuake's damage calculators."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from warpdyn.interfaces.exchange.regional.building_table import checked_results
 from warpdyn.interfaces.exchange.text_files import check_same_format, checked_path, write_in_place
 
 _FUNCTION = "write_openquake_damages"
-_WRITTEN = "generated_by='warpdyn"  # in the first line; OpenQuake's tables contain its own name
+_WRITTEN = "generated_by='warpdyn"  # in the first line; OpenQuake writes the name of its engine there
 LOSS_TYPES = ("structural", "nonstructural", "contents", "business_interruption")
 
 
@@ -28,26 +28,29 @@ def write_openquake_damages(
 ) -> Path:
     """Write the mean damage of each asset in the format of `avg_damages` of OpenQuake's scenario damage calculation.
 
-    Columns are `asset_id`, `taxonomy`, `lon`, `lat` and, for each damage state, `structural-no_damage`,
-    `structural-slight` and so on: the expected number of buildings of the asset in this state (`number` times the
-    probability). With losses, `structural-losses` is the expected loss in the currency of the replacement cost. The
-    first line is a comment with the name of the program. The format is that of OpenQuake 3.26.
+    The columns are `asset_id`, `taxonomy`, `lon`, `lat`, and one column per damage state: `structural-no_damage`,
+    `structural-slight` and so on. It contains the expected number of buildings of the asset in this state, which is
+    `number` times the probability. If the results contain losses, `structural-losses` is the expected loss in the
+    currency of the replacement cost. The first line is a comment with the name of the program. The format is that of
+    OpenQuake 3.26.
 
     Args:
-        results: Result of `building_results`. The taxonomy is the column `structure_type` (as `read_openquake` reads
-            it); if there is no such column, it is the archetype.
-        path: The file; its name ends in ".csv".
-        loss_type: Loss type of the damage states in OpenQuake.
-        overwrite: Whether to replace an existing file even if it is not such a table of warpdyn.
+        results: Result of `building_results`. The column `structure_type` is written as the taxonomy, because
+            `read_openquake` reads the taxonomy into it. Without this column, the archetype is written.
+        path: Path of the file that is written; its name ends in ".csv".
+        loss_type: Loss type in the names of the columns: "structural", "nonstructural", "contents" or
+            "business_interruption".
+        overwrite: If True, replace an existing file of any content. If False, replace only a table that this function
+            wrote.
 
     Returns:
-        The path.
+        Path of the written file.
 
     Raises:
         ValueError: If the name has another ending, the table lacks a column or a location, a value is impossible, the
             loss type is unknown, or a building has no probability because all its samples failed.
         TypeError: If `results` is not a DataFrame.
-        OSError: If the file cannot be written, or exists with other content.
+        OSError: If the file cannot be written, or exists with other content and `overwrite` is False.
 
     Example:
         >>> path = wd.write_openquake_damages(results, "avg_damages-rlz-000_1.csv")
@@ -85,11 +88,11 @@ def write_openquake_damages(
 
 
 def _shown(values: pd.Series, digits: str = "%.6E") -> np.ndarray:
-    """Return numbers in the format of OpenQuake."""
+    """Return numbers as texts in the format that OpenQuake writes: six digits after the point, with an exponent."""
     return np.char.mod(digits, values.to_numpy(dtype=np.float64)).astype(object)
 
 
 def _generated_by() -> str:
-    """Return the text of the comment in the first line: program and date."""
+    """Return the text of the comment in the first line of the file: name and version of warpdyn, and the date."""
     now = datetime.datetime.now(datetime.UTC)
     return f"{_WRITTEN} {__version__}', start_date='{now:%Y-%m-%dT%H:%M:%S}'"

@@ -1,4 +1,4 @@
-"""Results of each building for SimCenter's R2D tool: R2D_results.geojson."""
+"""Writer of the results of each building for SimCenter's R2D tool: R2D_results.geojson."""
 
 from __future__ import annotations
 
@@ -34,27 +34,29 @@ def write_r2d_results(
 ) -> Path:
     """Write the results of each building as `R2D_results.geojson`, the file that SimCenter's R2D tool displays.
 
-    Each building is a point. If R2D has a name for a column (`NumberOfStories`, `ReplacementCost`), it is used; other
-    columns have their names in the table. Further properties are `assetType` and R2D's results.
-    `R2Dres_MostLikelyCriticalDamageState` is the index of the most frequent damage state (0: no damage); if several are
-    equally frequent, it is the mean of their indices. With losses there are `R2Dres_mean_RepairCost_loss_ratio` and
-    `R2Dres_std_RepairCost_loss_ratio` [1] and, in currency, `R2Dres_mean_RepairCost` and `R2Dres_std_RepairCost`. The
-    names are those of SimCenterBackendApplications in July 2026.
+    Each building is a point. If R2D has its own name for a column, such as `NumberOfStories` or `ReplacementCost`, this
+    name is written; other columns keep their names. Further properties are `assetType` and the results that R2D
+    displays. `R2Dres_MostLikelyCriticalDamageState` is the index of the most probable damage state (0: no damage); if
+    several states are equally probable, it is the mean of their indices. If the results contain losses, there are also
+    `R2Dres_mean_RepairCost_loss_ratio` and `R2Dres_std_RepairCost_loss_ratio` [1], and in currency
+    `R2Dres_mean_RepairCost` and `R2Dres_std_RepairCost`. The names are those of SimCenterBackendApplications in July
+    2026.
 
     Args:
         results: Result of `building_results`.
-        path: The file; its name ends in ".geojson".
+        path: Path of the file that is written; its name ends in ".geojson".
         area_unit: Unit of `PlanArea` in the file: "ft2", as in SimCenter's examples, or "m2".
-        overwrite: Whether to replace an existing file even if it is not a table of points with the same properties.
+        overwrite: If True, replace an existing file of any content. If False, replace only points with the same
+            properties.
 
     Returns:
-        The path.
+        Path of the written file.
 
     Raises:
-        ValueError: If the name has another ending, the table lacks a column or a location, a value is impossible, a
-            column has a name that the file needs, or the unit is unknown.
+        ValueError: If the name has another ending, the table lacks a column or a location, a value is impossible, the
+            table already has a column with a name that the file needs, or the unit is unknown.
         TypeError: If `results` is not a DataFrame.
-        OSError: If the file cannot be written, or exists with other content.
+        OSError: If the file cannot be written, or exists with other content and `overwrite` is False.
 
     Example:
         >>> wd.write_r2d_results(results, "R2D_results.geojson").name

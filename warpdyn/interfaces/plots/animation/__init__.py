@@ -1,1 +1,1 @@
-"""Animations of response histories."""
+"""Animations of response histories: moving buildings with roof displacements and a hysteresis loop."""

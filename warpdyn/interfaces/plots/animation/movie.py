@@ -1,4 +1,4 @@
-"""An animation that is shown in notebooks and written to files."""
+"""Class of an animation that notebooks display and that can be saved as GIF, WebP or MP4."""
 
 from __future__ import annotations
 
@@ -12,25 +12,25 @@ from warpdyn.interfaces.exchange.text_files import checked_path, write_in_place
 
 FUNCTION = "animate"
 FORMATS = {".gif": "GIF", ".webp": "WEBP", ".mp4": "mp4"}
-PALETTE = 64  # colours of a GIF; lines and letters need few, and the file is half as large as with 256
+PALETTE = 64  # number of colours in a GIF; the file is half as large as with 256, and lines and text look the same
 
 
 class Movie(FuncAnimation):
-    """An animation that a notebook shows as the result of a cell, and that `save` writes as GIF, WebP or MP4."""
+    """Animation that a notebook displays as the result of a cell, and that `save` writes as GIF, WebP or MP4."""
 
     def __init__(self, figure: Figure, draw: Any, frames: int, fps: float) -> None:
         self.fps, self.frames = fps, frames
         super().__init__(figure, draw, frames=frames, interval=1000 / fps, cache_frame_data=False)
 
     def __del__(self) -> None:
-        """Do not warn if the animation was not drawn: `animate` may be called only to look at its figure."""
+        """Suppress matplotlib's warning about an animation that was not drawn, as after `animate` without `save`."""
 
     def save(self, filename: str | os.PathLike, writer: Any = None, *given: Any, **how: Any) -> None:
-        """Write the animation to a file, which gets its name when it is complete.
+        """Write the animation to a file under a temporary name, and rename the file when it is complete.
 
         Args:
-            filename: The file; without `writer` its name ends in ".gif", ".webp" or ".mp4".
-            writer: A writer of matplotlib; None: Pillow for GIF and WebP, ffmpeg for MP4.
+            filename: Path of the file; without `writer` its name must end in ".gif", ".webp" or ".mp4".
+            writer: Writer of matplotlib; None: Pillow for GIF and WebP, ffmpeg for MP4.
             given, how: Further arguments of `matplotlib.animation.Animation.save`, such as dpi=80.
 
         Raises:
@@ -56,14 +56,14 @@ class Movie(FuncAnimation):
 
 
 class _Images(PillowWriter):
-    """Writes an animation as a GIF with few colours, or as a WebP; the name of the file may have any ending."""
+    """Writer of an animation as a GIF with PALETTE colours, or as a WebP; the file name may have any ending."""
 
     def __init__(self, fps: float, kind: str) -> None:
         super().__init__(fps=fps)  # type: ignore[arg-type]  # whole numbers are not needed
         self.kind = kind
 
     def finish(self) -> None:
-        frames: list[Any] = self._frames  # type: ignore[attr-defined]  # of PillowWriter
+        frames: list[Any] = self._frames  # type: ignore[attr-defined]  # attribute of PillowWriter
         if self.kind == "GIF":
             palette = frames[-1].quantize(PALETTE, method=1)  # 1: maximum coverage, which keeps white
             frames = [frame.quantize(palette=palette, dither=0) for frame in frames]

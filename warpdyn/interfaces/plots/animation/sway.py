@@ -1,4 +1,4 @@
-"""Animations of response histories: swaying buildings, roof displacement and the loop of one storey."""
+"""Animations of response histories: swaying buildings, roof displacements, and the hysteresis loop of one storey."""
 
 from __future__ import annotations
 
@@ -27,24 +27,28 @@ from warpdyn.interfaces.plots.style import (
     title,
 )
 
-MOST_BUILDINGS = 6  # in a row; more would be too narrow
+MOST_BUILDINGS = 6  # largest number of buildings in one figure; with more, each would be too narrow
 MOST_FRAMES = 5_000
-WIDTH, SWAY = 0.42, 0.4  # width of a drawn building, and its largest sway, of the distance between two buildings
-SHAPE, WIDEST = 1.3, 0.8  # width of the panel, and the largest distance between two buildings, of the height
-POINTS = 9  # of a column between two floors
-COLUMN = 3 * np.linspace(0, 1, POINTS) ** 2 - 2 * np.linspace(0, 1, POINTS) ** 3  # of a column clamped at both ends
+# WIDTH: width of a drawn building, SWAY: its largest displacement, both divided by the distance between two buildings.
+WIDTH, SWAY = 0.42, 0.4
+# SHAPE: width of the panel, WIDEST: largest distance between two buildings, both divided by the height of the building.
+SHAPE, WIDEST = 1.3, 0.8
+POINTS = 9  # number of drawn points of a column between two floors
+# Displacement of a column that is clamped at both ends, divided by the storey drift, at these points.
+COLUMN = 3 * np.linspace(0, 1, POINTS) ** 2 - 2 * np.linspace(0, 1, POINTS) ** 3
 
 
 @dataclass(frozen=True, eq=False)
 class _Shown:
-    """Values of a history that are drawn.
+    """Values of one response history that an animation draws.
 
     Args:
         sample: Index of the sample.
-        displacement: Displacement of the floors at the frames [m], shape [frame, floor]; the last state after collapse.
+        displacement: Displacements of the floors at the frames [m], shape [frame, floor]. After a collapse, the last
+            displacements before it are repeated.
         time: Times of the kept states up to the last frame or the collapse [s], shape [time].
         roof: Displacement of the roof at these times [m], shape [time].
-        drift: Drift of the storey of the loop at these times [m], shape [time].
+        drift: Drift of the storey whose hysteresis loop is drawn, at these times [m], shape [time].
         force: Force of this storey at these times [N], shape [time].
         collapse: Time of collapse [s]; infinite without collapse.
     """
@@ -58,7 +62,7 @@ class _Shown:
     collapse: float
 
     def until(self, time: float) -> slice:
-        """Return the kept states up to a time [s], at least one."""
+        """Return the slice of the kept states up to a time [s]; it contains at least one state."""
         return slice(0, max(int(np.searchsorted(self.time, time * (1 + 1e-9), side="right")), 1))
 
 
@@ -74,25 +78,29 @@ def animate(
 ) -> Movie:
     """Animate samples of a run: swaying buildings, roof displacements, and the hysteresis loop of one storey.
 
-    The buildings sway in a row, with magnified displacements. The loop is that of the first history. After a
-    collapse, a building keeps its last position.
+    The buildings sway next to each other, with magnified displacements. The hysteresis loop (force against drift) is
+    that of one storey in the first history. After a collapse, a building is drawn in its last position.
 
     Args:
-        dataset: A run of a ShearBuilding with histories: `simulate(scene, histories=wd.Histories([0, 1, 2]))`.
-        histories: Indices of the histories, counted from 0, at most 6; None: the first ones whose samples did not fail.
-        storey: Number of the storey of the loop, counted from 1; None: that with the largest drift in the first
-            history.
-        time: Start and end [s] of the shown part of the histories; None: all.
-        magnification: Factor of the drawn displacements [1]; None: chosen, and written in the figure.
-        speed: Time in the animation per time of the histories [1]; 1: real time, 2: twice as fast.
+        dataset: Result of `simulate` for a ShearBuilding with histories,
+            `simulate(scene, histories=wd.Histories([0, 1, 2]))`.
+        histories: Index or indices of the histories, counted from 0, at most 6. None: the first histories, at most 6,
+            whose samples did not fail.
+        storey: Number of the storey whose hysteresis loop is drawn, counted from 1. None: the storey with the largest
+            drift in the first history.
+        time: Start and end [s] of the part of the histories that is shown; None: the complete histories.
+        magnification: Factor by which displacements are magnified in the drawing [1]; None: chosen from 1, 2, 5, 10,
+            ... The figure shows the factor.
+        speed: Seconds of the histories per second of the animation [1]; 1: real time, 2: twice as fast.
         fps: Frames per second of the animation [Hz].
 
     Returns:
         The animation (`matplotlib.animation.FuncAnimation`). `animation.save("sway.gif")` writes it as GIF, WebP or MP4
-        (with ffmpeg); a notebook shows it if it is the last line of a cell.
+        (MP4 needs the program ffmpeg). A notebook shows the animation if it is the last line of a cell.
 
     Raises:
-        ValueError: If the dataset has no such history or storey, all samples failed, or a number is out of its range.
+        ValueError: If the dataset has no such history or storey, if all samples failed, or if a number is out of its
+            range.
         TypeError: If `dataset` is not a Dataset.
 
     Example:
@@ -128,28 +136,28 @@ def animate(
 
     draw(times.size - 1)
     figure.draw_without_rendering()
-    figure.set_layout_engine("none")  # axes that keep their places in all frames
+    figure.set_layout_engine("none")  # keeps the positions of the axes in all frames
     return Movie(figure, draw, times.size, float(fps))
 
 
 def _indices(dataset: xr.Dataset, histories: int | Sequence[int] | None) -> list[int]:
-    """Return the indices of the histories, or those of the first samples that did not fail."""
+    """Return the indices of the histories that are drawn; None: those of the first samples that did not fail."""
     if histories is not None:
         if isinstance(histories, str) or not np.iterable(histories):
-            return [histories]  # checked as an index
+            return [histories]  # `chosen_history` checks it
         if not 0 < len(asked := list(histories)) <= MOST_BUILDINGS:
             raise ValueError(
                 f"plots.{FUNCTION} draws 1 to {MOST_BUILDINGS} histories, got {len(asked)}: give histories=[0, 1, 2]"
             )
         return asked
     if not isinstance(dataset, xr.Dataset) or "displacement" not in dataset or "history" not in dataset.dims:
-        return [0]  # refused, or a single history
+        return [0]  # `chosen_history` raises an error, or returns a single history
     finite = np.isfinite(dataset["displacement"].values).any(axis=(1, 2))
     return [int(place) for place in np.flatnonzero(finite)[:MOST_BUILDINGS]] or [0]
 
 
 def _frames(kept: np.ndarray, time: tuple[float, float] | None, step: float) -> np.ndarray:
-    """Return the times of the frames [s], a step apart, within the histories or the part `time` of them."""
+    """Return the times of the frames [s], shape [frame], `step` apart, within the part `time` of the histories."""
     first, last = float(kept[0]), float(kept[-1])
     if time is not None:
         given = finite_numbers("time [s]", time)
@@ -171,7 +179,7 @@ def _frames(kept: np.ndarray, time: tuple[float, float] | None, step: float) -> 
 
 
 def _storey(chosen: xr.Dataset, storey: int | None) -> int:
-    """Return the number of the storey of the loop."""
+    """Return the number of the storey whose hysteresis loop is drawn, counted from 1."""
     drift = np.abs(np.diff(chosen["displacement"].values, axis=1, prepend=0.0))
     if storey is None:
         return 1 + int(np.argmax(np.nanmax(drift, axis=0)))
@@ -181,14 +189,17 @@ def _storey(chosen: xr.Dataset, storey: int | None) -> int:
 
 
 def _shown(dataset: xr.Dataset, chosen: xr.Dataset, times: np.ndarray, storey: int) -> _Shown:
-    """Return a history at the times of the frames, interpolated linearly; the last state after a collapse."""
+    """Return the drawn values of a history: linearly interpolated at the times of the frames [s].
+
+    After a collapse, the last state before it is repeated.
+    """
     displacement, force = chosen["displacement"].values, chosen["storey_force"].values[:, storey - 1]
     known = np.isfinite(displacement).all(axis=1)
     at = np.minimum(times, chosen["time"].values[known][-1])
     kept = chosen["time"].values[known]
     floors = np.stack([np.interp(at, kept, floor) for floor in displacement[known].T], axis=1)
     inside = known & (chosen["time"].values >= times[0]) & (chosen["time"].values <= times[-1])
-    inside[np.flatnonzero(known)[-1]] |= not inside.any()  # a collapse before the first frame
+    inside[np.flatnonzero(known)[-1]] |= not inside.any()  # for a collapse before the first frame
     drift = np.diff(displacement[inside], axis=1, prepend=0.0)[:, storey - 1]
     collapse = (time_of_collapse(dataset, chosen) or (np.inf, ""))[0]
     time, roof = chosen["time"].values[inside], displacement[inside, -1]
@@ -196,29 +207,29 @@ def _shown(dataset: xr.Dataset, chosen: xr.Dataset, times: np.ndarray, storey: i
 
 
 def _heights(dataset: xr.Dataset, storeys: int) -> np.ndarray:
-    """Return the heights of the storeys [m] from the scene of the run; equal heights if they are not there."""
+    """Return the heights of the storeys [m] from the scene of the run; 1 m each if the dataset lacks them."""
     try:
         told = json.loads(str(dataset.attrs["scene"]))["structure"]["height"]
         heights = np.broadcast_to(np.array(told, dtype=float), (storeys,))
-    except (KeyError, TypeError, ValueError):  # a portfolio, or a dataset without its scene
+    except (KeyError, TypeError, ValueError):  # a run of a portfolio, or a dataset without a scene
         return np.ones(storeys)
-    return np.maximum(heights, 0.1 * heights.max())  # an isolator has next to no height
+    return np.maximum(heights, 0.1 * heights.max())  # so that isolators, whose height is small, are visible
 
 
 def _common_title(dataset: xr.Dataset, chosen: Sequence[xr.Dataset]) -> str:
-    """Return the motion and level of the samples, if they have the same; else ""."""
+    """Return motion and intensity level of the samples as text, if they are the same for all samples; else ""."""
     texts = {sample_title(dataset, each).partition(": ")[2] for each in chosen}
     return texts.pop() if len(texts) == 1 else ""
 
 
 def _round_number(value: float) -> float:
-    """Return the largest of 1, 2, 5, 10, 20, ... that is not above a number of at least 1; else 1."""
+    """Return the largest of 1, 2, 5, 10, 20, ... that is at most `value`; 1 if `value` is below 1."""
     power = 10.0 ** np.floor(np.log10(max(value, 1.0)))
     return float(max(factor * power for factor in (1, 2, 5) if factor * power <= max(value, 1.0)))
 
 
 class _Buildings:
-    """The panel of swaying buildings."""
+    """Panel of an animation that shows the swaying buildings."""
 
     def __init__(
         self,
@@ -263,7 +274,7 @@ class _Buildings:
         self.clock = axes.text(middle, -0.22 * total, "", ha="center", va="bottom", fontsize=TITLE)
 
     def draw(self, frame: int) -> list[Any]:
-        """Draw a frame and return its artists."""
+        """Draw a frame, given by its number, and return the drawn objects (artists of matplotlib)."""
         for i, (each, line) in enumerate(zip(self.shown, self.lines, strict=True)):
             x = self.centres[i] + self.scale * np.concatenate([[0.0], each.displacement[frame]])
             column = np.concatenate([low + (high - low) * COLUMN for low, high in itertools.pairwise(x)])
@@ -287,7 +298,7 @@ class _Buildings:
 
 
 class _Roofs:
-    """The panel of roof displacements: pale until the time of the frame reaches them."""
+    """Panel of an animation that shows roof displacements over time; values after the time of the frame are pale."""
 
     def __init__(self, axes: Axes, shown: Sequence[_Shown], times: np.ndarray) -> None:
         self.shown, self.times = shown, times
@@ -306,7 +317,7 @@ class _Roofs:
         grid(axes)
 
     def draw(self, frame: int) -> list[Any]:
-        """Draw a frame and return its artists."""
+        """Draw a frame, given by its number, and return the drawn objects (artists of matplotlib)."""
         for each, line, dot in zip(self.shown, self.lines, self.dots, strict=True):
             until = each.until(self.times[frame])
             line.set_data(each.time[until], 1000 * each.roof[until])
@@ -315,7 +326,7 @@ class _Roofs:
 
 
 class _Loop:
-    """The panel of the hysteresis loop of one storey in the first history."""
+    """Panel of an animation that shows the hysteresis loop of one storey in the first history."""
 
     def __init__(self, axes: Axes, shown: _Shown, times: np.ndarray, storey: int) -> None:
         self.shown, self.times = shown, times
@@ -330,7 +341,7 @@ class _Loop:
         grid(axes)
 
     def draw(self, frame: int) -> list[Any]:
-        """Draw a frame and return its artists."""
+        """Draw a frame, given by its number, and return the drawn objects (artists of matplotlib)."""
         until = self.shown.until(self.times[frame])
         self.line.set_data(self.drift[until], self.force[until])
         self.dot.set_data(self.drift[until][-1:], self.force[until][-1:])
