@@ -83,7 +83,7 @@ def damage_shares(
 
     Raises:
         ValueError, TypeError: If the run has no portfolio or no drifts; if limits are missing, not positive or do not
-            increase; if the number of events differs from that of the motions; or if more than 1 % of all buildings
+            increase; if the number of events is not the number of motions; or if more than 1 % of all buildings
             (summed over the events) failed. If more than 1 % of an archetype failed in one event, a warning names both.
 
     Example:

@@ -74,7 +74,7 @@ def limits_of(dataset: xr.Dataset, limits: Mapping[str, Limit] | None, demand: s
         demand: Name of the demand to which limits that are plain numbers apply.
 
     Raises:
-        ValueError, TypeError: If limits are invalid, or differ from those of the counts.
+        ValueError, TypeError: If limits are invalid, or differ from the limits of the counts.
     """
     if not is_reduced(dataset):
         return DamageLimits.of(limits, demand)  # type: ignore[arg-type]  # None raises a TypeError

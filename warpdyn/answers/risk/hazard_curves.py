@@ -315,12 +315,12 @@ class HazardLogicTree(FrozenArrays):
 
     @property
     def measure(self) -> str:
-        """Name of the intensity measure."""
+        """Name of the intensity measure, which all branches share."""
         return self.curves[0].measure
 
     @property
     def units(self) -> str:
-        """Units of the intensity."""
+        """Units of the intensity measure, which all branches share."""
         return self.curves[0].units
 
     def rate_of(self, intensity: ArrayLike) -> np.ndarray:

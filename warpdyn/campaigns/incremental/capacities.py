@@ -77,8 +77,8 @@ def capacities(
     `ladder=1.03`. A warning gives the share of capacities above which the demand is within the limit again.
 
     Source: Vamvatsikos and Cornell (2002), "Incremental dynamic analysis", Earthquake Engineering and Structural
-        Dynamics 31(3). The search is that of Vamvatsikos and Cornell (2004, hunt and fill, Earthquake Spectra 20(2)),
-        for all pairs at once.
+        Dynamics 31(3). The search for all pairs at once follows Vamvatsikos and Cornell (2004, hunt and fill,
+        Earthquake Spectra 20(2)).
 
     Args:
         scene: The scene; its excitation is a Cloud or Stripes, whose motions are scaled and whose measure is the

@@ -90,7 +90,7 @@ class Ensemble:
 
     @property
     def size(self) -> int:
-        """Number of samples."""
+        """Number of samples in the ensemble."""
         return len(self.sample)
 
     @property

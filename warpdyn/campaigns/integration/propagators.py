@@ -1,6 +1,6 @@
 """Propagators: matrices that advance a linear structure by one step, for each pair of a structure and a step.
 
-They are computed in coordinates of the undamped modes, u = shape q, in which mass and stiffness are diagonal:
+Propagators are computed in coordinates of the undamped modes, u = shape q, in which mass and stiffness are diagonal:
 q'' + damping q' + stiffness q = p. If damping is diagonal too, each mode is a separate oscillator.
 """
 

@@ -104,7 +104,7 @@ class PreparedEnsemble(Ensemble):
 
     @property
     def size(self) -> int:
-        """Number of samples."""
+        """Number of samples in the ensemble."""
         return len(self.range) * self._each
 
     @property

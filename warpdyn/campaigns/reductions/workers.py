@@ -94,7 +94,7 @@ class Threads:
         list(self._pool.map(part, edges[:-1], edges[1:], range(parts)))
 
     def units_of_part(self, units: int) -> int:
-        """Return how many of the `units` units of a row a CPU thread processes: all of them."""
+        """Return how many of the `units` units of a row one CPU thread processes: all units."""
         return units
 
     def groups(self, cell_of_row: np.ndarray, units: int) -> tuple[np.ndarray, np.ndarray, int]:
@@ -125,14 +125,14 @@ class Threads:
         """Do nothing: on a CPU, each call waits until its samples are reduced."""
 
     def close(self) -> None:
-        """End the CPU threads."""
+        """End the CPU threads that reduce samples."""
         self._pool.shutdown()
 
 
 class Gpu:
     """A GPU that reduces samples on a separate stream, one block after the other, while the host continues.
 
-    Its methods are called by another thread than the one that launches response histories. All threads of a process
+    The methods of this class are not called by the thread that launches response histories, but by another one. All threads of a process
     share the current stream of a device. Therefore the methods do not use the current stream, or wait for the whole
     device after using it.
 
@@ -256,7 +256,7 @@ class Gpu:
             _refuse(demand, bad.numpy())
 
     def close(self) -> None:
-        """Free the memory on the device."""
+        """Free the memory that the reductions use on the GPU."""
         for held in (self._held, self._views, self._constants):
             held.clear()
 

@@ -82,5 +82,5 @@ class Outputs:
 
     @property
     def identity(self) -> tuple[object, ...]:
-        """Those settings on which the values of a run depend, as a tuple for its fingerprint."""
+        """Settings on which the values of a run depend, as a tuple for the fingerprint of the run."""
         return self.checked_share, self.sample_error, self.histories, self.keep_inputs, *self.reduced

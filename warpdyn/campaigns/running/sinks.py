@@ -66,7 +66,7 @@ class Memory:
         )
 
     def given_to(self, part: Part, place: int) -> dict[str, Any]:
-        """Return further arguments of `Region` for a region: the arrays that it writes its samples to."""
+        """Return additional constructor arguments of a `Region`: the arrays that it writes its samples to."""
         if self._host is None:
             return {}
         span = slice(*(part.first_sample(edge) for edge in (part.regions[place].start, part.regions[place].stop)))
@@ -133,7 +133,7 @@ class Files:
         return [Report.load(path) for path in self._paths(part)]
 
     def given_to(self, part: Part, place: int) -> dict[str, Any]:
-        """Return no further arguments of `Region`: the process that integrates a region writes its file."""
+        """Return no additional constructor arguments of a `Region`: the region writes its samples to its file."""
         return {}
 
     def take(self, part: Part, place: int, report: Report) -> None:
@@ -223,7 +223,7 @@ class Statistics(Files):
             super().begin(parts)
 
     def given_to(self, part: Part, place: int) -> dict[str, Any]:
-        """Return further arguments of `Region` for a region: the statistics and the numbers of its structures."""
+        """Return additional constructor arguments of a `Region`: the statistics and the numbers of its structures."""
         return {"asked": self.asked, "numbers": part.numbers(place), "is_partial": self._is_partial}
 
     def take(self, part: Part, place: int, report: Report) -> None:

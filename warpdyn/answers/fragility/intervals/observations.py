@@ -31,7 +31,7 @@ class Observations:
 
     @cached_property
     def records(self) -> int:
-        """Number of records."""
+        """Number of different records among the observations."""
         return int(self._record.max()) + 1
 
     @cached_property

@@ -235,7 +235,7 @@ def _row_of_site(
 
 
 def _positive(path: str | Path, intensity: np.ndarray, rate: np.ndarray) -> Points:
-    """Return the points of a curve without those of rate 0, whose intensity is above the largest possible motion."""
+    """Return intensities and rates without points of rate 0 (intensities above the largest possible motion)."""
     if not np.all(rate >= 0):
         raise ValueError(
             f"{path}: an annual rate is {rate[~(rate >= 0)][0]:g}, but it must be at least 0: correct the file"

@@ -180,7 +180,7 @@ def states_of(block: Block, bounds: Bounds, population: Population, workers: Wor
 
 
 class DamageReducer(Reducer):
-    """Reducer that counts the samples of a run by cell and damage state.
+    """Reducer that counts samples by damage state and by cell (combination of places along the dimensions).
 
     Args:
         statistic: The statistic.

@@ -1,4 +1,4 @@
-"""Loss ratios of damage states (loss divided by replacement value), and checks of them."""
+"""Loss ratios of damage states (loss divided by replacement value), and checks of loss ratios."""
 
 from __future__ import annotations
 

@@ -77,7 +77,7 @@ class DamageLoss(Statistic):
 
 
 class LossReducer(Reducer):
-    """Reducer that sums the losses of the samples of a run, by cell.
+    """Reducer that sums the losses of samples by cell (combination of places along the dimensions).
 
     Args:
         statistic: The statistic.

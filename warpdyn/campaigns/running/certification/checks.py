@@ -40,7 +40,7 @@ class Checks:
         self.found: list[Check] = []
 
     def add(self, name: str, measured: float, bound: float, *, is_least: bool = False) -> None:
-        """Add a check with its measured value to the list; the arguments are those of `Check`."""
+        """Add a check with its measured value to the list; arguments: see `Check`."""
         bound, reason = self.exceptions.get(name, (bound, ""))
         self.found.append(Check(name, float(measured), bound, is_least, reason))
 

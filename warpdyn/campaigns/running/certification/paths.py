@@ -34,7 +34,7 @@ class Storeys:
 
     @property
     def count(self) -> int:
-        """Number of storeys."""
+        """Number of storeys, each with a separate drift path."""
         return self.p["stiffness"].shape[1]
 
     @property

@@ -78,7 +78,7 @@ class Certificate:
 
     @property
     def passed(self) -> bool:
-        """Whether all checks passed."""
+        """Whether all checks of the law or device passed."""
         return all(check.passed for check in self.checks)
 
     def __str__(self) -> str:

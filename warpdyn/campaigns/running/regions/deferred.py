@@ -36,8 +36,8 @@ def deferred_variables(run: Run, template: Mapping[str, xr.Variable]) -> dict[st
 class Deferred:
     """The inputs (such as structure, motion, drawn parameters) of all samples of a run, computed when they are read.
 
-    All scattered parameters are drawn together: when one of them is read for all samples, the others are computed and
-    kept until they are read.
+    All scattered parameters are drawn together: when one parameter is read for all samples, the other parameters are
+    computed, too, and kept until they are read.
 
     Args:
         run: The prepared run.

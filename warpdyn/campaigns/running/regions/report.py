@@ -51,7 +51,7 @@ class Report:
         """Write the report to a temporary file, and rename it to `path` when it is complete.
 
         If the scheduler of a cluster believes that a worker is dead, a second worker may write the same report at the
-        same time. Each of them writes to a separate temporary file.
+        same time. Each worker therefore writes to a separate temporary file.
         """
         plain = {name: getattr(self, name) for name in PLAIN} | {"errors": [len(each) for each in self.errors]}
         arrays: Arrays = {f"outcomes/{place}": values for place, values in enumerate(self.outcomes)}

@@ -121,7 +121,7 @@ class Here:
         plans = {part.number: self.host.prepared(part.job).plans for part in parts}
 
         def begin(order: Order) -> tuple[Order, LocalFuture[Region], list[tuple[str, type[Warning]]]]:
-            """Begin a region in another thread; return it as a future, with the warnings that it gave."""
+            """Begin a region in another thread; return it as a future, with its warnings."""
             future: LocalFuture[Region] = LocalFuture()
             with collected_warnings() as found:  # the line of the user's code is not known in this thread
                 try:
