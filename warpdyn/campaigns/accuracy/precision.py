@@ -48,7 +48,8 @@ def beyond_float32(run: Ensemble, samples: np.ndarray, outputs: Arrays) -> np.nd
 def rerun_in_float64(run: Ensemble, samples: np.ndarray, outputs: Arrays) -> int:
     """Rerun in float64 those samples for which float32 is too inaccurate; return their number.
 
-    The outputs of these samples are overwritten. A sample that fails in float64 counts as failed. Arguments: see `beyond_float32`.
+    The outputs of these samples are overwritten. A sample that fails in float64 counts as failed. Arguments: see
+    `beyond_float32`.
     """
     again = np.flatnonzero(beyond_float32(run, samples, outputs))
     if again.size:

@@ -132,9 +132,9 @@ class Threads:
 class Gpu:
     """A GPU that reduces samples on a separate stream, one block after the other, while the host continues.
 
-    The methods of this class are not called by the thread that launches response histories, but by another one. All threads of a process
-    share the current stream of a device. Therefore the methods do not use the current stream, or wait for the whole
-    device after using it.
+    The methods of this class are not called by the thread that launches response histories, but by another one. All
+    threads of a process share the current stream of a device. Therefore the methods do not use the current stream, or
+    wait for the whole device after using it.
 
     Args:
         device: Name of the GPU, such as "cuda:0".

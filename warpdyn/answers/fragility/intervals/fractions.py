@@ -36,10 +36,10 @@ def clopper_pearson(exceeding: np.ndarray, total: np.ndarray, confidence: float)
 def fraction_intervals(counts: StripeCounts, confidence: float, *, over_structures: bool = True) -> np.ndarray:
     """Return intervals of the fractions of exceeding samples, for samples that share records and structures.
 
-    The intervals are Clopper-Pearson intervals for the effective sample size, i.e. the number of independent samples that would
-    have the same variance. The effective sample size is corrected by Student's t, because the variance is estimated
-    from few records (Korn and Graubard 1998, Survey Methodology 24). If no sample exceeds or every sample does, each
-    record counts as one sample.
+    The intervals are Clopper-Pearson intervals for the effective sample size, i.e. the number of independent samples
+    that would have the same variance. The effective sample size is corrected by Student's t, because the variance is
+    estimated from few records (Korn and Graubard 1998, Survey Methodology 24). If no sample exceeds or every sample
+    does, each record counts as one sample.
 
     Args:
         counts: Numbers of samples by record, structure group, stripe, place and damage state.

@@ -1,4 +1,4 @@
-"""Plausibility of hazard curves: is the curve above the highest curve of any site, or nearly constant at a rate near 1 per year?
+"""Plausibility of hazard curves: is the rate higher than at any site, or nearly constant and near 1 per year?
 
 The highest hazard is a generous bound: a PGA of 0.1 g once in 5 years, and 1.45 g in 475 years (the global map of GEM
 from 2018, Pagani and others 2020, Earthquake Spectra 36(1 suppl.), has PGA up to about 1.5 g for 475 years). The bound

@@ -237,7 +237,7 @@ class Host:
         return self._queues[key]
 
     def reduction(self, asked: Asked, threads: int) -> Reduction:
-        """Return the statistics that a run requests; the first call creates them and removes statistics of earlier runs."""
+        """Return the statistics that a run requests; the first call creates them and removes earlier statistics."""
         if asked.key not in self.reductions:
             for earlier in self.reductions.values():
                 earlier.__exit__()
@@ -321,8 +321,8 @@ def lay_out_run(host: Host, job: Job, workers: int, neighbours: int, most_memory
 def _structures_per_region(prepared: Prepared, workers: int, neighbours: int, most_memory: int | None) -> int:
     """Return the number of structures in a region: about 30 s of work on a CPU, a few launches on a GPU.
 
-    The number is a multiple of `structures_of_a_range`, the number of structures whose failed samples share a limit on reruns,
-    and is limited by memory. Arguments: see `lay_out_run`.
+    The number is a multiple of `structures_of_a_range`, the number of structures whose failed samples share a limit on
+    reruns, and is limited by memory. Arguments: see `lay_out_run`.
     """
     run, job = prepared.run, prepared.job
     samples_each = run.samples // run.structures
