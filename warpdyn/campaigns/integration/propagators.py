@@ -19,7 +19,7 @@ from warpdyn.model.ground_motions.excitation import Excitation
 def pack_linear(
     dynamics: Dynamics, excitation: Excitation, method: Method, parameters: Arrays, step: np.ndarray
 ) -> Arrays:
-    """Return the arrays that the kernel of linear structures reads, by name; the last dimension is the pair (structure, step).
+    """Return the arrays that the kernel of linear structures reads; the last dimension is the pair (structure, step).
 
     Args:
         dynamics: Equation of motion.

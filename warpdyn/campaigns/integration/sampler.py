@@ -145,8 +145,8 @@ class Sampler:
     def _normals(self, structures: np.ndarray, points: np.ndarray | None) -> np.ndarray:
         """Return correlated standard normal values, shape [variable, structure].
 
-        They are computed from points in (0, 1), shape [structure, variable], or from random numbers if `points` is
-        None.
+        The values are computed from points in (0, 1), shape [structure, variable], or from random numbers if `points`
+        is None.
         """
         values = lane_rows(len(self.variables), structures.size, CPU_LANES, 0.5)
         if not self.variables:

@@ -15,7 +15,7 @@ def check_samples(function: str, dataset: xr.Dataset) -> None:
     """Raise a ValueError if a dataset contains samples twice, or numbers of structures and motions of several runs.
 
     The same error is raised for an event of a sequence that was selected by xarray instead of `select_event`, because
-    such a selection contains each history several times.
+    such selections contain each history several times.
 
     Args:
         function: Name of the public function that was called, for the message.
