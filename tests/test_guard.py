@@ -110,7 +110,7 @@ def test_steps_that_do_not_divide_cost_the_order_and_must_be_asked_for():
         peak(step=0.0016)
     with pytest.raises(ValueError, match="resample needs step="):
         peak(resample=True)
-    with pytest.raises(ValueError, match="a step or a longest_step, not both"):
+    with pytest.raises(ValueError, match="step= and longest_step= cannot be combined"):
         peak(step=0.001, longest_step=0.001)
     assert peak(step=0.002, resample=True) == peak(step=0.002)  # one that divides is not resampled
     assert peak(longest_step=0.0021) == peak(step=0.002)

@@ -79,7 +79,7 @@ def bilinear_chain_response(
         storey = np.abs(memory).argmax()
         raise ValueError(
             f"initial_displacement puts storey {storey + 1} at {state[storey]:g} m; "
-            f"it must be within yield, {chain.yield_drift[storey]:g} m"
+            f"it must be within yield, {chain.yield_drift[storey]:g} m: give a smaller initial_displacement="
         )
     pieces = max(1, int(np.ceil(step * chain.fastest)))
 

@@ -67,7 +67,8 @@ def harmonic_response(
     uneven = np.abs(time - (time[0] + step * np.arange(time.size)))
     if uneven.max() > 1e-9 * step + 8 * np.spacing(time[-1]):
         raise ValueError(
-            f"time must be uniform: time[{uneven.argmax()}] is {uneven.max():.3g} s off steps of {step:g} s"
+            f"time must be uniform: time[{uneven.argmax()}] is {uneven.max():.3g} s off steps of {step:g} s: give "
+            "time = first + step * np.arange(n)"
         )
     shape, omega, system = _modal_state(mass, damping, stiffness)
     force = shape.T @ amplitude
@@ -184,7 +185,7 @@ def _matrices(mass: np.ndarray, damping: np.ndarray, stiffness: np.ndarray) -> l
         if name != "damping" and not np.allclose(matrix, matrix.T, rtol=0, atol=1e-9 * np.abs(matrix).max()):
             raise ValueError(
                 f"{name} must be symmetric, but differs from its transpose by up to "
-                f"{np.abs(matrix - matrix.T).max():.6g}"
+                f"{np.abs(matrix - matrix.T).max():.6g}: correct it, or give (matrix + matrix.T) / 2"
             )
     return matrices
 
@@ -201,7 +202,8 @@ def _modal_state(mass: np.ndarray, damping: np.ndarray, stiffness: np.ndarray) -
         raise ValueError("mass must be positive definite: give every degree of freedom a mass above 0 kg") from None
     if eigenvalue[0] <= 0:
         raise ValueError(
-            f"stiffness must be positive definite; its least generalised eigenvalue is {eigenvalue[0]:.6g} rad2/s2"
+            f"stiffness must be positive definite; its least generalised eigenvalue is {eigenvalue[0]:.6g} rad2/s2: "
+            "restrain free motions, or correct the matrix"
         )
     omega = np.sqrt(eigenvalue)
     system = np.block([[np.zeros_like(mass), np.diag(omega)], [-np.diag(omega), -shape.T @ damping @ shape]])

@@ -182,7 +182,7 @@ def _checked_brackets(capacities: xr.Dataset) -> tuple[np.ndarray, np.ndarray]:
         hint = (
             "; a capacity that was not reached needs the highest level that was run as capacity_lower"
             if np.isinf(lower[place])
-            else ""
+            else ": correct capacity_lower and capacity_upper"
         )
         raise ValueError(
             f"{name}: the capacity of structure {place[0]}, motion {place[1]}, damage state "

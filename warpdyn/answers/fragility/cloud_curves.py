@@ -222,9 +222,11 @@ def _checked_cloud(
         bad = np.flatnonzero(kept & ~((values > 0) & np.isfinite(values)))
         if bad.size:
             why = (
-                "collapsed samples have no value of this demand, but the regression needs a lower bound of it"
+                "collapsed samples have no value of this demand, but the regression needs a lower bound of it: "
+                "choose another demand=, such as 'peak_storey_drift_ratio'"
                 if collapsed[bad[0]] and what == demand
-                else "it must be finite and above 0, because its logarithm is taken"
+                else "it must be finite and above 0, because its logarithm is taken: remove this sample from the "
+                "run, or choose another demand="
             )
             raise ValueError(f"{name}: {what} of sample {bad[0]} is {values[bad[0]]}: {why}")
     standing = kept & ~collapsed

@@ -325,7 +325,7 @@ def decoded_status(status: xr.DataArray) -> np.ndarray:
         raise ValueError(
             f"'status' has flag_meanings {meanings} and flag_values {list(codes)}; "
             "it needs one value per meaning, and the meanings ok, collapsed and any of "
-            f"{', '.join(STATUS_MEANINGS[2:])}"
+            f"{', '.join(STATUS_MEANINGS[2:])}: give the run as simulate() returned it"
         )
     decoded = np.full(status.shape, -1, dtype=np.int8)
     for code, meaning in zip(codes, meanings, strict=True):

@@ -96,7 +96,9 @@ def storey_losses(
         "acceleration": ("peak_floor_acceleration", "floor", acceleration_loss),
     }
     if drift_loss is None and acceleration_loss is None:
-        raise ValueError(f"{_FUNCTION} needs drift_loss, acceleration_loss or both")
+        raise ValueError(
+            f"{_FUNCTION} needs drift_loss, acceleration_loss or both: give drift_loss=(drift ratios, losses)"
+        )
     status = decoded_status(run["status"])
     failed = status > COLLAPSED
     if failed.sum() > LARGEST_EXCLUDED_FRACTION * status.size:

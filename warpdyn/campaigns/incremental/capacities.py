@@ -140,9 +140,11 @@ def capacities(
     names, limit = list(checked.states), checked.values[0]
     tolerance = real_number("tolerance", tolerance, above=0)
     if not 1e-5 <= tolerance < 1:
-        raise ValueError(f"tolerance must be a relative width from 1e-5 to below 1, got {tolerance:g}")
+        raise ValueError(f"tolerance must be a relative width from 1e-5 to below 1, such as 0.02, got {tolerance:g}")
     if real_number("ladder", ladder, above=1) > LARGEST_LADDER:
-        raise ValueError(f"ladder={ladder:g} would miss capacities: it must be at most {LARGEST_LADDER:g}")
+        raise ValueError(
+            f"ladder={ladder:g} would miss capacities: give a ladder= of at most {LARGEST_LADDER:g}, such as 1.1"
+        )
     for name, choice in {"reuse_elastic": reuse_elastic, "keep_curves": keep_curves}.items():
         true_or_false(name, choice)
     integration = Integration(method=method, dtype=dtype, step=step, longest_step=longest_step, on_unstable=on_unstable)
@@ -224,7 +226,7 @@ def _design_of(scene: Scene) -> Design:
         )
     bad = np.flatnonzero(~(design.intensities > 0))
     if bad.size:
-        raise ValueError(f"motion {bad[0]} ({design.motions[bad[0]].name!r}) has an intensity of 0: remove it")
+        raise ValueError(f"motion {bad[0]} ({design.motions[bad[0]].name!r}) has an intensity of 0: remove this motion")
     return design
 
 
@@ -239,7 +241,7 @@ def _checked(limits: Mapping[str, float], demand: str) -> DamageLimits:
     checked = DamageLimits.of(limits, demand)
     for name, value in zip(checked.states, checked.values[0], strict=True):
         if LARGEST_LIMIT < value < np.inf:
-            raise ValueError(f"limits: {name!r} is {value:g}; it must be at most {LARGEST_LIMIT:g}, or math.inf")
+            raise ValueError(f"limits: {name!r} is {value:g}; give at most {LARGEST_LIMIT:g}, or math.inf")
     return checked
 
 

@@ -157,7 +157,7 @@ class Ensemble:
             first = int(steps.argmax())
             raise ValueError(
                 f"sample {self.sample[samples][first]} would take {steps[first]:.3g} steps, but "
-                f"at most {MOST_STEPS} can be counted: choose another method or a shorter run"
+                f"at most {MOST_STEPS} can be counted: give another method=, or shorten the motions or the tail"
             )
         return self.schedule.with_substeps(samples, substeps)
 

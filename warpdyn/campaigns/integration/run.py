@@ -126,12 +126,13 @@ def build_run(
     structures, seed = whole_number("structures", structures, 1), whole_number("seed", seed, 0)
     if structures * excitation.samples_per_structure > MOST_SAMPLES:
         raise ValueError(
-            f"{structures} structures have more than {MOST_SAMPLES} samples: divide them into several runs"
+            f"{structures} structures have more than {MOST_SAMPLES} samples: give fewer structures=, and join runs "
+            "of other seeds by wd.join"
         )
     sampler = Sampler(scene.structure, scene.scatter, scene.correlation, scene.sampling, structures, seed)
     if len(excitation.event_names) > 1 and row.kind == "exact":
         raise ValueError(
-            "method 'exact' is for linear structures, which an earthquake does not damage: choose another method for "
+            "method 'exact' is for linear structures, which an earthquake does not damage: give another method= for "
             "an EventSequence, or run each event as a separate scene"
         )
     excitation.check_structures(structures)

@@ -108,7 +108,8 @@ class Integration:
         if not METHODS[self.nominal_method].is_adaptive:
             adaptive = [name for name, other in METHODS.items() if other.is_adaptive]
             raise ValueError(
-                f"method {self.nominal_method!r} takes no tolerance: remove tolerance=, or choose {', '.join(adaptive)}"
+                f"method {self.nominal_method!r} does not use a tolerance: remove tolerance=, or choose "
+                f"{', '.join(adaptive)}"
             )
         dtype = self.dtype or "float32"
         if not LEAST_TOLERANCE[dtype] <= real_number("tolerance", self.tolerance, above=0) <= 1:

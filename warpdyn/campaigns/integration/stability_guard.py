@@ -116,8 +116,8 @@ class StabilityFindings:
         if any_step and self.beyond:
             raise ValueError(
                 f"{self.event}the step is beyond the stability limit of {self.beyond} of {self.samples} samples, the "
-                f"first of them {self.first}. A step of at most {self.least:.4g} s is stable for "
-                "all; on_unstable='substep' divides only the steps of these samples"
+                f"first of them {self.first}. Give a step= of at most {self.least:.4g} s, which is stable for all, or "
+                "on_unstable='substep', which divides only the steps of these samples"
             )
 
     def _are(self, count: int, total: int | None = None) -> str:
@@ -129,7 +129,7 @@ class StabilityFindings:
         messages = []
         beyond = f"the step is beyond the stability limit of {self.beyond} of {self.samples} samples"
         if self.beyond and on_unstable == "flag":
-            stable = f"A step of at most {self.least:.3g} s" if self.least > 0 else "No step"
+            stable = f"A step= of at most {self.least:.3g} s" if self.least > 0 else "No step"
             advice = "on_unstable='substep' divides only the steps of these samples"
             advice = advice if self.least > 0 else "use method='rk4', which is stable below a limit, or add damping"
             messages.append(

@@ -100,7 +100,7 @@ def build_timeline(
         ValueError: If a step is not finite and positive, or does not divide a motion's step or the duration.
     """
     if step is not None and longest_step is not None:
-        raise ValueError("give simulate() a step or a longest_step, not both")
+        raise ValueError("step= and longest_step= cannot be combined: remove step= or longest_step=")
     if step is not None:
         target = step = real_number("step [s]", step, above=0)
     elif longest_step is not None:
@@ -109,7 +109,9 @@ def build_timeline(
         target = default_step(central())
     excitation = scene.excitation
     if resample and step is None:
-        raise ValueError("resample needs step=, the step at which the motions are resampled")
+        raise ValueError(
+            "resample needs step=, the step at which the motions are resampled: give step= [s], or remove resample"
+        )
     if resample and not excitation.motions:
         raise ValueError("resample needs sampled motions or forces, which this scene does not have: remove resample")
     if excitation.forcing_frequency and longest_step is None:
@@ -173,7 +175,7 @@ def build_schedule(
     if steps.max() >= MOST_STEPS:
         raise ValueError(
             f"a sample would take {steps.max():.3g} steps, but at most {MOST_STEPS} can be counted: "
-            "choose a longer step or a shorter tail"
+            "give a longer step= or a smaller Scene(tail=...)"
         )
     step = interval / substeps
     residual_steps = np.ones(1)  # used only if residual drifts are recorded

@@ -137,7 +137,8 @@ def _check_increase(demand: str, states: tuple[str, ...], values: np.ndarray) ->
         if values[j] <= values[i]:
             raise ValueError(
                 f"limits must increase from one damage state to the next, but {states[i]!r} has {values[i]} "
-                f"and {states[j]!r} after it {values[j]} ({demand})"
+                f"and {states[j]!r} after it {values[j]} ({demand}): correct the limits, "
+                "or sort the states with the lightest first"
             )
 
 
@@ -161,7 +162,8 @@ def limits_by_archetype(
     unknown = [name for name in limits if name not in names]
     if unknown:
         raise ValueError(
-            f"limits name {unknown[0]!r}, which is not an archetype of the run; its archetypes are {', '.join(names)}"
+            f"limits name {unknown[0]!r}, which is not an archetype of the run: remove or correct this name; the "
+            f"archetypes are {', '.join(names)}"
         )
     states: list[str] = []
     rows: list[list[float]] = []
@@ -181,7 +183,7 @@ def limits_by_archetype(
         if states and list(own) != states:
             raise ValueError(
                 f"archetype {str(name)!r}: its damage states are {', '.join(own)}, those of {str(names[0])!r} "
-                f"{', '.join(states)}; they must be the same"
+                f"{', '.join(states)}: give all archetypes the same damage states in the same order"
             )
         states = list(own)
         try:
@@ -189,7 +191,10 @@ def limits_by_archetype(
         except ValueError as error:
             raise ValueError(f"archetype {str(name)!r}: {error}") from None
         if any(not after > before for before, after in pairwise(row)):
-            raise ValueError(f"archetype {str(name)!r}: limits must increase, got {row}")
+            raise ValueError(
+                f"archetype {str(name)!r}: limits must increase from the lightest to the heaviest state, got {row}: "
+                "correct or sort them"
+            )
         rows.append(row)
     if NO_DAMAGE in states:
         raise ValueError(f"{NO_DAMAGE!r} is the state of buildings that exceed no limit: remove it from limits")

@@ -191,7 +191,8 @@ class Reduction:
             of_each = ", ".join(f"{n:,} {name}" for n, name in zip(self._failed, FAILURES, strict=True) if n)
             warn_caller(
                 f"{total:,} of {self._samples:,} samples ({100 * total / self._samples:.2g} %) failed ({of_each}) and "
-                "are in no statistic; fragility() and damage_shares() raise an error for this share. Try a shorter step"
+                "are in no statistic; fragility() and damage_shares() raise an error for this share. Give a shorter "
+                "step= or another method="
             )
         scene = self.population.scene
         levels = levels_of(scene)

@@ -47,7 +47,9 @@ class Statistic:
         object.__setattr__(self, "over", tuple(over))
         true_or_false("added_storeys", self.added_storeys)
         if not isinstance(self.labels, Mapping):
-            raise TypeError(f"labels must map a name to the label of each structure, got {self.labels!r}")
+            raise TypeError(
+                f"labels must map a name to the label of each structure, such as {{'cell': cells}}, got {self.labels!r}"
+            )
         unused = [str(name) for name in self.labels if name not in over]
         if unused:
             raise ValueError(f"labels has {', '.join(map(repr, unused))}, which is not in over: add it to over=")

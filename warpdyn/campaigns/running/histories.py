@@ -85,7 +85,10 @@ class KeptHistories:
         self.histories = histories
         asked = np.array(histories.samples)
         for sample in asked[asked >= run.samples]:
-            raise ValueError(f"histories ask for sample {sample}, but the run has samples 0 to {run.samples - 1}")
+            raise ValueError(
+                f"histories ask for sample {sample}, but the run has samples 0 to {run.samples - 1}: "
+                f"remove {sample} from Histories(samples)"
+            )
         whole, vibration = run.events(np.unique(asked // (run.samples // run.structures)), queue)[0]
         # The run reports findings on stability; here they are discarded.
         shorten_steps(whole, vibration, run.findings[0], divides=run.integration.divides_steps)

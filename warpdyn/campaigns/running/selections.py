@@ -141,7 +141,10 @@ def select_storeys(run: xr.Dataset, first: int, last: int) -> xr.Dataset:
     storeys = run.sizes.get("storey", 0)
     first, last = whole_number("first", first, 1), whole_number("last", last, 1)
     if not first <= last <= storeys:
-        raise ValueError(f"first={first} to last={last} are not in the run, which has storeys 1 to {storeys}")
+        raise ValueError(
+            f"first={first} to last={last} are not in the run, which has storeys 1 to {storeys}: "
+            "give first= and last= in this range"
+        )
     dims = [dim for dim in ("storey", "floor") if dim in run.dims]
     part = run.isel({dim: slice(first - 1, last) for dim in dims})
     for dim in dims:

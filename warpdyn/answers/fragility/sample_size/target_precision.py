@@ -117,7 +117,7 @@ def fragility_to(
         )
     motions = len(design.motions)
     if motions < 3:
-        raise ValueError(f"an interval over records needs at least 3 motions, got {motions}")
+        raise ValueError(f"an interval over records needs at least 3 motions, got {motions}: add motions to the scene")
     with each_warning_once():
         search = partial(capacities, limits=limits, demand=demand, device=device, threads=threads)
         return Rounds(scene, search, precision, confidence, seed, {"method": method}).run()

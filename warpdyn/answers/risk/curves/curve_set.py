@@ -80,7 +80,8 @@ class CurveSet:
             raise ValueError(f"{function}: the fragility curves have no damage state: select at least one")
         if len(set(names)) < len(names):
             raise ValueError(
-                f"{function}: two damage states have the same name: {', '.join(names)}; names must be different"
+                f"{function}: two damage states have the same name: {', '.join(names)}: "
+                "rename one of them in curves['damage_state']"
             )
         limits, table = IntensityLimits.of(function, curves), points_of(function, curves, names, points)
         draws: tuple[np.ndarray | None, np.ndarray | None] = (None, None)

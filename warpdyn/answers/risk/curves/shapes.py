@@ -88,7 +88,10 @@ def points_of(function: str, curves: xr.Dataset, names: tuple[str, ...], name: s
                 f"known and from 0 to 1. Leave the state out: curves.drop_sel(damage_state={state!r})"
             )
         if levels[0] == 0 and row[0] > 0:
-            raise ValueError(f"{function}: {name} of damage state {state!r} is {row[0]:g} at intensity 0; it must be 0")
+            raise ValueError(
+                f"{function}: {name} of damage state {state!r} is {row[0]:g} at intensity 0; it must be 0: set it to "
+                "0, or begin the table at a higher intensity"
+            )
         place = int(np.argmin(np.diff(row)))
         if row[place] - row[place + 1] > MOST_FALL[name] and not is_chosen:
             warn_caller(
