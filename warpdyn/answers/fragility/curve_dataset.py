@@ -52,8 +52,8 @@ def dataset_of_curves(
             without each group of structures.
         outcome: Outcome of each fit, an index into FIT_MEANINGS, shape [damage_state].
         ends: Lowest and highest intensity that were run: two numbers, or two arrays of shape [damage_state].
-        curves: Function of intensities that returns the probability of exceedance for each row of weights (all
-            observations, and those without a record or group), shape [row, damage_state, intensity].
+        curves: Function of intensities that returns the probability of exceedance for each row of weights (for
+            all observations, and without each record or group), shape [row, damage_state, intensity].
         highest: Highest intensity of the curves.
         units: Units of the intensity.
         confidence: Probability that the intervals cover the true value [1].

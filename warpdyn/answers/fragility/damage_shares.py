@@ -78,8 +78,8 @@ def damage_shares(
         `counted_buildings(archetype, event)` and `failed_buildings(archetype, event)`, numbers of buildings. A building
         failed in an event if one of its motions failed, unless another motion of the event left it in the heaviest
         state; failed buildings are not counted. Without `events`, the dimension is `motion` instead of `event`; a run
-        on stripes adds the dimension `stripe`. A share is NaN if no building is counted. The attributes are those of
-        the run.
+        on stripes adds the dimension `stripe`. A share is NaN if no building is counted. The result has the
+        attributes of the run.
 
     Raises:
         ValueError, TypeError: If the run has no portfolio or no drifts; if limits are missing, not positive or do not

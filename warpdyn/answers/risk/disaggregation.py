@@ -212,7 +212,7 @@ def rates_by_record(capacities: xr.Dataset, hazard: Hazard) -> xr.Dataset:
 
 
 def _rates_beyond(tree: HazardLogicTree, capacity: np.ndarray) -> np.ndarray:
-    """Return mean annual rates [1/year], [2, damage_state], of those capacities that are beyond the hazard points.
+    """Return mean annual rates [1/year], [2, damage_state], of capacities that are beyond the hazard points.
 
     The first row contains capacities below the first point of the hazard curve, the second row capacities above the
     last point. Other capacities count with a rate of 0.

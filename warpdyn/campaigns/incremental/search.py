@@ -218,7 +218,7 @@ class Search:
         self._decrease(lowest)
 
     def _decrease(self, lowest: np.ndarray) -> None:
-        """Evaluate lower levels of those pairs whose demand at the lowest level is near or above the first limit."""
+        """Evaluate lower levels of each pair whose demand at its lowest level is near or above the first limit."""
         active = np.flatnonzero(~self.failed)
         # If the first limit is infinite (exceeded only by collapse), only collapsed samples need lower levels.
         near = LOW_ENOUGH * self.limit[:1] if np.isfinite(self.limit[0]) else self.limit[:1]

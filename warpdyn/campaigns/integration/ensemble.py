@@ -176,7 +176,7 @@ class Ensemble:
         """
         rows = {name: rows[name] for name in self.model.shapes}
         history = self.queue.upload("History", {}, self.plan.dtype)
-        # Queue the uploads first: anything queued before them would delay them until the GPU finishes the last block.
+        # Queue the uploads first: kernels queued before the uploads would delay them until the GPU is free.
         launches = self._launches()
         output = self.queue.blank(rows, self.plan.dtype)
         self.queue.launch(launches, [output, history], advance)

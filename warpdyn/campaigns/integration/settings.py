@@ -56,7 +56,7 @@ class Integration:
         target_error: Bound [1] on the relative error of peak drifts, for 95 % of the samples. A pilot run of a few
             samples chooses the step; it also chooses method and dtype if they are not given. None: no pilot run.
         on_unstable: Action if the step is beyond the stability limit of a structure. "substep": the samples of
-            the structure take the smallest stable number of steps in each interval of the record. "raise": an error
+            the structure use the smallest stable number of steps in each interval of the record. "raise": an error
             before any sample runs. "flag": the status of the samples is unstable_step. If a step turns out to be too
             long only during the run, "substep" runs the sample again with shorter steps, up to a limit on the cost;
             "raise" and "flag" do not.
@@ -227,7 +227,7 @@ class Execution:
 
 
 def measured_dampings(structure: Structure) -> tuple[str, ...]:
-    """Return those kinds of damping in the table of default methods that apply to a structure.
+    """Return the kinds of damping, in the table of default methods, that apply to a structure.
 
     The table was measured with damping of 5 % of critical in the first two modes. If a building has a lower damping
     ratio, or Rayleigh damping in other modes, its higher modes have less damping than the measured buildings. Then it

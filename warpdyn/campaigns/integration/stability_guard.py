@@ -82,7 +82,7 @@ class StabilityFindings:
         return findings
 
     def include(self, other: StabilityFindings) -> None:
-        """Add other findings, on samples that follow those counted so far, such as the samples of the next block."""
+        """Add the findings on later samples, such as the samples of the next block, to these findings."""
         for name in SUMS:
             setattr(self, name, getattr(self, name) + getattr(other, name))
         for name in LEAST:
@@ -216,7 +216,12 @@ class StabilityFindings:
             warn_caller(self.event + text)
 
     def add_outcomes(self, outputs: dict[str, np.ndarray], stable: np.ndarray) -> None:
-        """Count the status and the energy balance of a block's samples, of those whose step was stable."""
+        """Count failures and bad energy balances among those samples of a block whose step was stable.
+
+        Args:
+            outputs: Outputs of the samples by name; the last dimension is the sample.
+            stable: Whether the step of each sample was stable, shape [sample].
+        """
         status = outputs["status"]
         if status.max() >= DIVERGED:
             leaping = np.zeros(status.shape, dtype=bool)
@@ -293,7 +298,7 @@ class Reruns:
         self._charges: dict[tuple[int, int], tuple[int, float]] = {}
 
     def settle(self, run: Ensemble, samples: np.ndarray, outputs: dict[str, np.ndarray]) -> None:
-        """Run those samples again that failed, with the steps halved in each rerun, and overwrite their outputs.
+        """Rerun the samples that failed, with the steps halved in each rerun, and overwrite their outputs.
 
         If a step is stable for the linear structure, a sample fails because of its storey law. Examples: the memory of
         a Bouc-Wen storey changes too fast, an iteration does not converge, or a yielding motion grows without bound. A

@@ -120,7 +120,7 @@ class Reduction:
             reducer.add(block, gpu)
 
     def _count_failures(self, status: np.ndarray) -> None:
-        """Count the samples of a block, and those that failed by their status."""
+        """Count the samples of a block, and count the failed samples by status."""
         self._samples += status.size
         if status.max(initial=0) >= DIVERGED:
             self._failed += np.bincount(status, minlength=len(STATUS_MEANINGS))[DIVERGED:]

@@ -62,7 +62,7 @@ class Statistic:
         object.__setattr__(self, "labels", {name: _plain(values) for name, values in self.labels.items()})
 
     def _check_common(self) -> None:
-        """Check the arguments that several kinds of statistics have in common, before a run begins."""
+        """Check the arguments that several kinds of statistics share, before a run begins."""
         given = {each.name: getattr(self, each.name) for each in fields(self)}
         kind = type(self).__name__
         if "demand" in given:

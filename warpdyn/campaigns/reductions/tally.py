@@ -181,7 +181,7 @@ class Sums:
         rows: Rows | None = None,
         counted: tuple[int, int] | None = None,
     ) -> None:
-        """Add those samples of a block that are ok to the sums.
+        """Add the demands of a block's samples to the sums, for samples with the status ok.
 
         Args:
             block: The block.

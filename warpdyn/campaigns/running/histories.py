@@ -158,10 +158,10 @@ class KeptHistories:
 
 
 def outcomes_of(histories: Histories, run: Ensemble, status: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return the outcomes of those samples of a block whose histories are wanted.
+    """Return the outcomes of the samples in a block whose whole histories are requested.
 
     Args:
-        histories: Indices of the samples whose histories are wanted.
+        histories: Indices of the samples whose histories are requested.
         run: Samples of the block.
         status: Outcome of each sample of the block.
 

@@ -180,7 +180,7 @@ def lengths(model: Model, column: Column) -> tuple[int, ...]:
 
 
 def fill_inputs(known: Ensemble | Inputs, rows: Arrays, map_function: MapFunction = map) -> None:
-    """Write those inputs of samples that are known before the integration into arrays of the dataset.
+    """Write the inputs of samples, which are known before the integration, to arrays of the dataset.
 
     Args:
         known: The samples with their structures, motions and drawn parameters.

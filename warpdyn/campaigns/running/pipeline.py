@@ -1,4 +1,4 @@
-"""Pipeline of a run: blocks of structures are prepared while others are integrated, event by event, and completed."""
+"""Pipeline of a run: blocks of structures are prepared while earlier blocks are integrated."""
 
 from __future__ import annotations
 
@@ -60,8 +60,8 @@ class Block:
         rows: Arrays of the dataset's variables for the samples of the block, shape [sample, ...].
         event: Index of the present event.
         own: Arrays of the variables for the samples of the present event, shape [sample, ...].
-        standing: Indices of the samples that are integrated in the present event: all except those that failed or
-            collapsed in an earlier event.
+        standing: Indices of the samples that are integrated in the present event: all except samples that failed
+            or collapsed in an earlier event.
         started: Ensemble of the samples `standing`; None if there is no such sample.
         found: Outputs of the samples `standing`, shape [sample, ...].
         outputs: Outputs of all samples of the last finished event; the sample is the last dimension.
@@ -383,7 +383,7 @@ class Pipeline:
 
 @contextmanager
 def _quick_turns() -> Iterator[None]:
-    """Switch between Python threads every SECONDS_OF_A_TURN, so that the launching thread waits less for the others."""
+    """Switch between Python threads every SECONDS_OF_A_TURN, so that the launching thread waits less."""
     before = sys.getswitchinterval()
     sys.setswitchinterval(SECONDS_OF_A_TURN)
     try:

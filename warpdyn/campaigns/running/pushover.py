@@ -239,8 +239,8 @@ class _PushedChain:
             softens = int(np.count_nonzero(self._softening()))
             if stops_at_peak and softens and not self.softens:
                 return False
-            # If several storeys reach their peak together, rounding may put some beyond it without a fall of the base
-            # shear.
+            # If several storeys reach their peak strength together, rounding may move some of them beyond their peak
+            # without a decrease of the base shear.
             falls = bool((self.base_shear - base_shear) * np.sign(move) > TOLERANCE * scale)
             if softens > 1 and falls and not one_softens:
                 continue
@@ -270,7 +270,7 @@ class _PushedChain:
         return (self.tangent - self.leaning < -LEAST_STIFFNESS * self.stiffness) & (self.trial != self.drift)
 
     def _let_one_soften(self) -> None:
-        """Move the weakest softening storey by the sum of the increments of all softening storeys; reset the others.
+        """Give the increments of all softening storeys to the weakest of these storeys, and reset the other ones.
 
         An equilibrium in which two storeys soften is unstable: the smallest difference makes one of them unload. The
         other softening storeys return to their drifts at the start of the step.

@@ -252,7 +252,7 @@ def divided(
     """Return the groups of a portfolio: buildings with the same number of storeys, law and damping run together.
 
     All checks that concern the whole portfolio come first. Arguments: see `Run`. A group may contain buildings of
-    several archetypes. The step of a building is the step that its archetype has in a separate run, rounded down to
+    several archetypes. The step of a building is the default step of its archetype in a separate run, rounded down to
     10 ms divided by a power of 2, so that the results of a building do not depend on the rest of the portfolio.
     """
     portfolio, excitation = portfolio_of(scene), scene.excitation

@@ -177,7 +177,7 @@ def without_added_storeys(run: xr.Dataset) -> xr.Dataset:
 def of_building(run: xr.Dataset, demand: str) -> xr.DataArray:
     """Return a demand of a run without the storeys of isolators and of tuned mass dampers.
 
-    In a run of several archetypes, which differ in such storeys, the demand is NaN at these storeys instead.
+    In a run of several archetypes, which may differ in these storeys, the demand is NaN at them instead.
 
     Args:
         run: The run.

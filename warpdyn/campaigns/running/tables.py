@@ -64,7 +64,7 @@ class Reduced:
 
     Args:
         run: The prepared run, with its model and devices.
-        columns: Variables with one value for each sample, by name; only those that the statistics need are kept.
+        columns: Variables with one value for each sample, by name; only variables that the statistics need are kept.
         reduction: The statistics.
         structures: Number of each structure of the region in the statistics, shape [structure].
         is_estimated: Whether errors of samples are estimated, which needs the samples on the host.

@@ -46,7 +46,7 @@ class CensoredRegression:
     def fit(self, weights: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the coefficients, shape [row, coefficient], and the standard deviation, shape [row].
 
-        Both are NaN if Newton's method finds no maximum. If all values are known, the result is that of least squares
+        Both are NaN if Newton's method finds no maximum. If all values are known, the result is a least-squares fit
         (mean and standard deviation if the design is constant); the deviation has divisor n, not n - 1.
 
         Args:

@@ -65,6 +65,6 @@ def gradient_in_line(slope: np.ndarray, position: np.ndarray) -> np.ndarray:
 
 
 def information_in_line(weight: np.ndarray, position: np.ndarray) -> np.ndarray:
-    """Return second derivatives by intercept and slope, [row, 2, 2], from those by the scores, [row, im_level]."""
+    """Return second derivatives by intercept and slope, [row, 2, 2], from derivatives by scores, [row, im_level]."""
     moments = [weight.sum(axis=1), weight @ position, weight @ position**2]
     return np.stack([moments[0], moments[1], moments[1], moments[2]], axis=1).reshape(-1, 2, 2)

@@ -184,8 +184,8 @@ class CurveSet:
     def shares_beyond(self, hazard: HazardLogicTree) -> np.ndarray:
         """Return the shares of the annual rates [1] that are from intensities beyond the hazard points.
 
-        The first row contains the shares below the first point, the second row those above the last point; the shape is
-        [2, damage_state].
+        The first row contains the shares below the first point, the second row the shares above the last point; the
+        shape is [2, damage_state].
         """
         parts = 0.0
         for weight, each in zip(hazard.weights, hazard.curves, strict=True):

@@ -12,7 +12,7 @@ import xarray as xr
 from warpdyn.foundations.core.output_variables import measure_of_dataset
 from warpdyn.foundations.files.netcdf import trace
 
-OF_ONE = ("fingerprint", "history", "Conventions", "source", "scene")  # attributes not combined from those of the runs
+OF_ONE = ("fingerprint", "history", "Conventions", "source", "scene")  # attributes that are not combined
 WHOLE = "of the whole history"  # replaces the missing comment of a peak variable in messages
 
 

@@ -40,7 +40,7 @@ def join(runs: Sequence[xr.Dataset] | Mapping[str, xr.Dataset]) -> xr.Dataset:
             runs gives the buildings these names, if the buildings differ.
 
     Returns:
-        The joined run; the samples of the first run come first, then those of the second, and so on. The variables
+        The joined run; the samples are in the order of the runs. The variables
         `structure_identity(sample)` and `motion_identity(motion)` identify structures and motions in further calls of
         `join`. If the runs differ in an attribute, it contains all values; `scene` is kept only if it is the same in
         all runs.

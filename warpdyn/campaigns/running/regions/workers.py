@@ -73,7 +73,7 @@ class Part:
         return region if self.buildings is None else self.buildings[region]
 
 
-# An order to run a region: its group, the number of the region in the group, and further arguments of `Region`.
+# An order to run a region: its group, its number in the group, and additional constructor arguments of `Region`.
 Order = tuple[Part, int, dict[str, Any]]
 
 
