@@ -43,9 +43,9 @@ def fragility_to(
     The lower the required precision, the wider the brackets, at most 50 %. The curves are fitted to brackets, and the
     intervals include their uncertainty. Neighbouring levels have the same ratio as the ends of a bracket, so a demand
     that exceeds a limit only between two levels is overlooked more often than by `capacities` with its default of 10 %.
-    This was checked with levels 3 % apart: with brackets of 50 %, none of 2,816 capacities of the README's first study and
-    none of 1,760 capacities of the same frame with deteriorating storeys was overlooked. If `precision` is below 0.03,
-    the levels are as close as the default levels of `capacities`.
+    This was checked with levels 3 % apart: with brackets of 50 %, none of 2,816 capacities of the README's first study
+    and none of 1,760 capacities of the same frame with deteriorating storeys was overlooked. If `precision` is below
+    0.03, the levels are as close as the default levels of `capacities`.
 
     Ending as soon as the interval is narrow favours samples with little scatter (optional stopping). The effect on
     coverage is small, because the records are fixed and only the number of structures is chosen in this way (measured
