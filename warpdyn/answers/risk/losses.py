@@ -231,7 +231,7 @@ def expected_annual_loss(vulnerability: xr.Dataset, hazard: Hazard, *, replaceme
 
 
 def _warn_of_ends(tree: HazardLogicTree, levels: np.ndarray, mean: np.ndarray, units: str, whole: float) -> None:
-    """Warn if the function is cut off at its first or last intensity, or if losses beyond the hazard points matter.
+    """Warn if a loss function is cut off at its first or last intensity, or if losses beyond the hazard points matter.
 
     Args:
         tree: The hazard.

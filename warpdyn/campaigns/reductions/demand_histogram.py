@@ -98,7 +98,7 @@ class HistogramReducer(Reducer):
         self.begin(cells)
 
     def begin(self, cells: Cells) -> None:
-        """Start with empty counts for the given cells."""
+        """Start with empty counts for the given cells of the statistic."""
         self.cells, self.tally = cells, Tally(cells, 1, self.edges.size + 1)
 
     def add(self, block: Block, workers: Workers) -> None:

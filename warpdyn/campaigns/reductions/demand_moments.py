@@ -106,7 +106,7 @@ class SumsReducer(Reducer):
         self.begin(cells)
 
     def begin(self, cells: Cells) -> None:
-        """Start with empty counts and sums for the given cells."""
+        """Start with empty counts and sums for the given cells of the statistic."""
         places = self.population.scene.structure.dofs if self.dim else 0
         self.cells = cells
         self.tally = Tally(cells, places + 1, 2)  # two states: ok and collapsed
@@ -118,7 +118,7 @@ class SumsReducer(Reducer):
         return self.sums
 
     def add(self, block: Block, workers: Workers) -> None:
-        """Add the samples of a block to the counts and sums."""
+        """Add the samples of a block (structures of a run that are integrated together) to the counts and sums."""
         places = block.demand(self.demand).shape[1] if self.dim else 0  # a building may have fewer storeys than others
         none = workers.no_states((places + 1, block.samples))
         self.tally.add(block, none, workers)

@@ -34,11 +34,11 @@ class Reducer(ABC):
 
     @abstractmethod
     def begin(self, cells: Cells) -> None:
-        """Start with empty counts and sums for the given cells."""
+        """Start with empty counts and sums for the given cells of the statistic."""
 
     @abstractmethod
     def add(self, block: Block, workers: Workers) -> None:
-        """Add the samples of a block to the counts and sums."""
+        """Add the samples of a block (structures of a run that are integrated together) to the counts and sums."""
 
     @abstractmethod
     def variables(self) -> tuple[Variables, Coordinates]:
@@ -56,7 +56,7 @@ class Reducer(ABC):
         return part
 
     def partial(self) -> Arrays:
-        """Return the counts and sums of all cells that contain samples, as arrays by name, for `include`."""
+        """Return counts and sums of all cells of the statistic that contain samples, as arrays by name, for `include`."""
         counts = self.tally.counts
         cells = np.flatnonzero(counts.any(axis=(0, 2)))
         own = counts[:, cells]

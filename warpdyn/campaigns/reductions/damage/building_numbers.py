@@ -125,6 +125,6 @@ class NumberSums:
 
 
 def _sums_of(sums: Sums) -> np.ndarray:
-    """Return the sums by cell, corrected by the rounding errors of the additions, shape [cell]."""
+    """Return the sums by cell of the statistic, corrected by the rounding errors of the additions, shape [cell]."""
     totals = sums.totals
     return totals[:, 0] + totals[:, 1]

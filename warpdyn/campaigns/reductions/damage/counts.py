@@ -202,7 +202,7 @@ class DamageReducer(Reducer):
         self.begin(cells)
 
     def begin(self, cells: Cells) -> None:
-        """Start with empty counts for the given cells."""
+        """Start with empty counts for the given cells of the statistic."""
         places = self.population.scene.structure.dofs if self.dim else 0
         self.cells, self.tally = cells, Tally(cells, places + 1, len(self.bounds.states))
         self._least: dict[Workers, Any] = {}  # least drift ratio at which a sample collapsed
@@ -218,7 +218,7 @@ class DamageReducer(Reducer):
         self._least_included = min(self._least_included, float(part["least_drift"]))
 
     def add(self, block: Block, workers: Workers) -> None:
-        """Add the samples of a block to the counts."""
+        """Add the samples of a block (structures of a run that are integrated together) to the counts."""
         states = states_of(block, self.bounds, self.population, workers, each_place=bool(self.dim))
         self.tally.add(block, states, workers)
         if DRIFT not in self.bounds.demands or self.population.portfolio is not None:
@@ -283,7 +283,7 @@ class NumberReducer(Reducer):
         self.begin(counted.cells)
 
     def begin(self, cells: Cells) -> None:
-        """Start with empty counts and sums for the given cells."""
+        """Start with empty counts and sums for the given cells of the statistic."""
         self.counted = copy(self.counted)
         self.counted.begin(cells)
         self.cells, self.tally = cells, self.counted.tally
@@ -295,7 +295,7 @@ class NumberReducer(Reducer):
         return self.sums.sums
 
     def partial(self) -> Arrays:
-        """Return the counts and sums of all cells that contain samples, as arrays by name, for `include`."""
+        """Return counts and sums of all cells of the statistic that contain samples, as arrays by name, for `include`."""
         return super().partial() | self.counted.partial()
 
     def include(self, part: Arrays) -> None:

@@ -105,7 +105,7 @@ class LossReducer(Reducer):
         self.begin(cells)
 
     def begin(self, cells: Cells) -> None:
-        """Start with empty counts and sums for the given cells."""
+        """Start with empty counts and sums for the given cells of the statistic."""
         self.cells, self.tally = cells, Tally(cells, 1, len(self.bounds.states))
         self.losses, self.scatter = Sums(cells), Sums(cells)
 

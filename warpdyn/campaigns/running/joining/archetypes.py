@@ -109,7 +109,7 @@ def _own_storeys(each: Identities, sample: int) -> tuple[int, np.ndarray]:
 
 
 def _filled(parts: list[xr.Dataset]) -> xr.Dataset:
-    """Return the samples of all parts in one dataset; inputs that only some parts have are NaN in the other parts."""
+    """Return the samples of all runs in one dataset; inputs that only some runs have are NaN in the other runs."""
     names = dict.fromkeys(name for part in parts for name in part.data_vars)
     for place, part in enumerate(parts):
         for name in names:

@@ -214,9 +214,9 @@ def _renumbered(identities: list[Identities]) -> list[xr.Dataset]:
 
 
 def _together(parts: list[xr.Dataset]) -> xr.Dataset:
-    """Return the samples of all parts in one dataset, with the variables without samples from the first part.
+    """Return the samples of all runs in one dataset, with the variables without samples from the first run.
 
-    `estimated_relative_error` is the largest value of all parts. Other variables without samples must be equal.
+    `estimated_relative_error` is the largest value of all runs. Other variables without samples must be equal.
     """
     rest, error = parts[0].drop_dims("sample"), "estimated_relative_error"
     for place, part in enumerate(parts[1:], start=1):
