@@ -83,7 +83,7 @@ def compare(
 
 
 def _largest(values: np.ndarray) -> np.ndarray:
-    """Return the largest absolute value of each sample over its storeys or other places; the last axis is the sample."""
+    """Return the largest absolute value of each sample over its storeys or floors; the last axis is the sample."""
     return np.abs(values).reshape(-1, values.shape[-1]).max(axis=0)
 
 

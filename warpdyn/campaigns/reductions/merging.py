@@ -56,7 +56,7 @@ class Reducer(ABC):
         return part
 
     def partial(self) -> Arrays:
-        """Return counts and sums of all cells of the statistic that contain samples, as arrays by name, for `include`."""
+        """Return counts and sums of all cells of the statistic that contain samples, by name, for `include`."""
         counts = self.tally.counts
         cells = np.flatnonzero(counts.any(axis=(0, 2)))
         own = counts[:, cells]

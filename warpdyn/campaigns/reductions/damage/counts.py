@@ -295,7 +295,7 @@ class NumberReducer(Reducer):
         return self.sums.sums
 
     def partial(self) -> Arrays:
-        """Return counts and sums of all cells of the statistic that contain samples, as arrays by name, for `include`."""
+        """Return counts and sums of all cells of the statistic that contain samples, by name, for `include`."""
         return super().partial() | self.counted.partial()
 
     def include(self, part: Arrays) -> None:
