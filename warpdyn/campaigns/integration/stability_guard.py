@@ -216,7 +216,7 @@ class StabilityFindings:
             warn_caller(self.event + text)
 
     def add_outcomes(self, outputs: dict[str, np.ndarray], stable: np.ndarray) -> None:
-        """Count failures and bad energy balances among those samples of a block whose step was stable.
+        """Count failures and bad energy balances of a block, for samples whose step was stable.
 
         Args:
             outputs: Outputs of the samples by name; the last dimension is the sample.

@@ -55,7 +55,7 @@ class DamageCounts(Statistic):
             `damage_shares`; for MotionsAtSites, only the worst in each draw. With `events=[motion.record for motion in
             design.motions]` both components of a record count as one. None: every motion counts separately.
         each_place: Whether the states at each storey (or floor) are also counted, in addition to the worst.
-        number: Number of buildings that each structure represents, shape [structure]: the column `number` of an
+        number: Number of buildings that each structure represents [1], shape [structure]: column `number` of an
             inventory, in the order of the portfolio (`stock.buildings(inventory)["number"]`). The counts remain numbers
             of samples; the variable `number_of_buildings_by_...`, which `damage_shares` reads, contains the numbers of
             buildings. None: every structure is one building.
