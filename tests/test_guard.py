@@ -57,7 +57,7 @@ def test_raise_names_the_sample_its_period_and_the_step_that_holds():
     with pytest.raises(ValueError, match=r"2 of 3 samples, the first of them sample 1") as told:
         wd.simulate(oscillators(frequencies), structures=3, step=1.0, on_unstable="raise")
     assert f"first period {2 * np.pi / 4:.4g} s" in str(told.value)
-    holds = float(str(told.value).split("A step of at most ")[1].split(" s")[0])
+    holds = float(str(told.value).split("Give a step= of at most ")[1].split(" s")[0])
     assert holds == pytest.approx(LIMIT / 8, rel=2.2e-3)  # what the engine's table may lie below the limit
     run = wd.simulate(
         oscillators(frequencies, 39.9), structures=3, step=39.9 / np.ceil(39.9 / holds), on_unstable="raise"
@@ -110,7 +110,7 @@ def test_steps_that_do_not_divide_cost_the_order_and_must_be_asked_for():
         peak(step=0.0016)
     with pytest.raises(ValueError, match="resample needs step="):
         peak(resample=True)
-    with pytest.raises(ValueError, match="a step or a longest_step, not both"):
+    with pytest.raises(ValueError, match="step= and longest_step= cannot be combined"):
         peak(step=0.001, longest_step=0.001)
     assert peak(step=0.002, resample=True) == peak(step=0.002)  # one that divides is not resampled
     assert peak(longest_step=0.0021) == peak(step=0.002)

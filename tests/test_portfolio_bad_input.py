@@ -89,7 +89,7 @@ RUNS = {
     "target error and step": ({"target_error": 0.01, "step": 0.01}, "^target_error chooses the step"),
     "on_unstable": ({"on_unstable": "stop", "portfolio": BAD_DRAW}, "^unknown on_unstable 'stop'"),
     "threads": ({"threads": 0, "portfolio": BAD_DRAW}, "^threads must be"),
-    "tolerance": ({"tolerance": 1e-6, "portfolio": BAD_DRAW}, "^method 'rk4' takes no tolerance"),
+    "tolerance": ({"tolerance": 1e-6, "portfolio": BAD_DRAW}, "^method 'rk4' does not use a tolerance"),
 }  # fmt: skip
 
 

@@ -1,1 +1,1 @@
-"""Answers from runs: fragility, hazard, risk and losses."""
+"""Answers from runs: fragility curves, hazard curves, annual rates of damage, and losses."""

@@ -1,4 +1,4 @@
-"""Exact solutions as references for tests: linear systems, chains of bilinear and Bouc-Wen storeys."""
+"""Exact solutions as references for tests: linear systems, and shear chains of bilinear and Bouc-Wen storeys."""
 
 from warpdyn.truth.bilinear import bilinear_chain_response
 from warpdyn.truth.bouc_wen import bouc_wen_chain_response

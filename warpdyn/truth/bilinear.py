@@ -1,4 +1,4 @@
-"""Exact response of shear chains of bilinear storeys, as a reference for tests and figures."""
+"""Exact response of shear chains with bilinear storeys, as a reference for tests and figures."""
 
 from __future__ import annotations
 
@@ -12,18 +12,20 @@ from scipy.special import comb
 
 from warpdyn.truth.chain import ShearChain, YieldingResponse
 
-# A piece of the motion lasts at most 1 rad of the highest frequency, and its series ends with this power: the remainder
-# is below 2^(21/2) / 21! = 3e-17, because the norm of drift and memory is sqrt(2).
+# A piece of the motion lasts at most 1 rad of the highest frequency, and its Taylor series ends with this power: the
+# remainder is below 2^(21/2) / 21! = 3e-17, because the norm of drift and memory is sqrt(2).
 DEGREE = 20
 POWERS = np.arange(DEGREE + 1)
 BINOMIAL = comb(POWERS[:, None], POWERS)
-# Matrices from a polynomial on [0, 1] to its Bernstein coefficients (bounds of its values), and to those of each half.
+# Matrices from the coefficients of a polynomial on [0, 1] to its Bernstein coefficients, which bound its values, and
+# from these to the Bernstein coefficients of each half.
 BERNSTEIN = BINOMIAL / BINOMIAL[-1]
 FIRST_HALF = BINOMIAL / 2.0 ** POWERS[:, None]
 SECOND_HALF = FIRST_HALF[::-1, ::-1]
-# Tolerance as a share of the yield force; without it, rounding would switch a storey at rest at yield back and forth.
+# Tolerance as a share of the yield force. Without it, rounding would make a storey at rest at its yield force yield and
+# unload alternately.
 YIELD_SLACK = 1e-13
-LARGEST_CACHE = 10**8  # bytes of cached exponentials, one per set of yielding storeys
+LARGEST_CACHE = 10**8  # bytes of cached exponentials; there is one exponential per set of yielding storeys
 
 
 def bilinear_chain_response(
@@ -37,13 +39,13 @@ def bilinear_chain_response(
     initial_velocity: ArrayLike = 0.0,
     initial_displacement: ArrayLike = 0.0,
 ) -> YieldingResponse:
-    """Response of bilinear storeys with kinematic hardening, exact between the instants of yielding and unloading.
+    """Return the response of bilinear storeys with kinematic hardening, exact between yielding and unloading instants.
 
-    Between these instants the motion is linear: the exponential of the state, augmented with the load and its rate, is
-    a Taylor series in time, so that each storey's drift, drift rate and memory are polynomials. Bernstein coefficients
-    bound a polynomial. While they stay within yield (or do not change sign, for the drift rate of a yielding storey),
-    there is no instant of yielding or unloading; otherwise the interval is halved until each root is isolated. No
-    instant is missed, even if two are very close.
+    Between these instants the motion is linear. The matrix exponential of the state, augmented with the load and its
+    rate, is a Taylor series in time, so that each storey's drift, drift rate and memory are polynomials of time.
+    Bernstein coefficients are bounds of a polynomial. If they stay within yield (or, for the drift rate of a yielding
+    storey, do not change sign), there is no instant of yielding or unloading in the interval. Otherwise the interval is
+    halved until each root is isolated. No instant is missed, even if two are very close.
 
     Args:
         mass: Floor mass [kg], shape [storey].
@@ -77,7 +79,7 @@ def bilinear_chain_response(
         storey = np.abs(memory).argmax()
         raise ValueError(
             f"initial_displacement puts storey {storey + 1} at {state[storey]:g} m; "
-            f"it must be within yield, {chain.yield_drift[storey]:g} m"
+            f"it must be within yield, {chain.yield_drift[storey]:g} m: give a smaller initial_displacement="
         )
     pieces = max(1, int(np.ceil(step * chain.fastest)))
 
@@ -121,9 +123,12 @@ def bilinear_chain_response(
 
 
 def _exponential_series(chain: ShearChain, elastic: np.ndarray, duration: float) -> np.ndarray:
-    """Return Taylor coefficients of (drift, drift rate, memory) over a duration, from these and the load."""
+    """Return the Taylor coefficients of the state after a duration, as factors on the initial state and the load.
+
+    The state is (drift, drift rate, memory). `elastic` marks the storeys that do not yield, shape [storey].
+    """
     n = chain.storeys
-    # Columns of a term, each [3 storey, storey].
+    # Columns of a term of the series, each of shape [3 storey, storey].
     of_drift, of_rate, of_memory = np.split(np.eye(3 * n), 3, axis=1)
     of_load = of_increment = np.zeros((3 * n, n))
     terms = [np.hstack([of_drift, of_rate, of_memory, of_load, of_increment])]
@@ -138,7 +143,13 @@ def _exponential_series(chain: ShearChain, elastic: np.ndarray, duration: float)
 
 
 def _first_switch(series: np.ndarray, bounds: tuple[np.ndarray, ...], flow: np.ndarray) -> tuple[float, int | None]:
-    """Return the instant in [0, 1] at which a storey first yields or unloads, and the storey; otherwise (1, None)."""
+    """Return the instant in [0, 1] at which a storey first yields or unloads, and this storey; (1, None) without one.
+
+    Args:
+        series: Polynomials of drifts, drift rates and memories in time, shape [power, 3 storey].
+        bounds: Lower and upper bounds of the polynomials, each of shape [3 storey].
+        flow: Direction of yielding of each storey: -1, 0 (elastic) or 1.
+    """
     n = flow.size
     (low, high), limit = bounds, 1 + YIELD_SLACK
     elastic = flow == 0
@@ -153,7 +164,7 @@ def _first_switch(series: np.ndarray, bounds: tuple[np.ndarray, ...], flow: np.n
                 margin = -sign * memory
                 margin[0] += limit
                 for instant in _descents(margin):
-                    # The instant was found beyond the slack; the slope leads back to yield itself.
+                    # The instant is beyond yield by the slack; follow the slope back to yield itself.
                     slope = sign * (POWERS[1:] * instant ** POWERS[:-1]) @ memory[1:]
                     back = YIELD_SLACK / slope if slope > 0 else 0.0
                     instants.append(max(0.0, instant - back))
@@ -168,7 +179,15 @@ def _first_switch(series: np.ndarray, bounds: tuple[np.ndarray, ...], flow: np.n
 def _raise_peak(
     peak: np.ndarray, series: np.ndarray, bounds: tuple[np.ndarray, ...], state: np.ndarray, part: float
 ) -> None:
-    """Update the peak of each storey with the largest absolute drift in the part [0, part] of a piece."""
+    """Increase the peak of each storey to its largest absolute drift in the part [0, part] of a piece of the motion.
+
+    Args:
+        peak: Largest absolute drift of each storey so far [m], which is changed.
+        series: Polynomials of drifts, drift rates and memories in time, shape [power, 3 storey].
+        bounds: Lower and upper bounds of the polynomials.
+        state: Drifts, drift rates and memories at the end of the part.
+        part: End of the part, as a share of the piece.
+    """
     n = peak.size
     np.maximum(peak, np.abs(state[:n]), out=peak)
     for storey in np.flatnonzero(np.maximum(bounds[1][:n], -bounds[0][:n]) > peak):
@@ -179,7 +198,7 @@ def _raise_peak(
 
 
 def _descents(series: np.ndarray) -> Iterator[float]:
-    """Return the instants in [0, 1] at which a polynomial becomes negative, in order, with 0 if it starts negative."""
+    """Yield the instants in [0, 1] at which a polynomial becomes negative, increasing; 0 if it is negative at 0."""
     coefficients = series[::-1].tolist()
 
     def value(instant: float) -> float:

@@ -1,4 +1,4 @@
-"""Response of shear chains of Bouc-Wen storeys, exact to about rounding, as a reference for tests."""
+"""Response of shear chains with Bouc-Wen storeys, nearly exact to rounding, as a reference for tests."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from scipy.optimize import brentq
 from warpdyn.engine.laws import LAWS
 from warpdyn.truth.chain import ShearChain, YieldingResponse
 
-RELATIVE_TOLERANCE = 1e-12
-# Absolute tolerance as a share of a small drift; near 0 a relative tolerance is too strict.
+RELATIVE_TOLERANCE = 1e-12  # of the integration
+# Absolute tolerance of the integration, as a share of a small drift; near 0 a relative tolerance is too strict.
 ABSOLUTE_TOLERANCE = 1e-13
 
 
@@ -31,10 +31,11 @@ def bouc_wen_chain_response(
     gamma: ArrayLike = 0.5,
     exponent: ArrayLike = 1.0,
 ) -> YieldingResponse:
-    """Response of Bouc-Wen storeys by scipy's eighth-order method at a relative tolerance of 1e-12.
+    """Return the response of Bouc-Wen storeys, by scipy's eighth-order method with a relative tolerance of 1e-12.
 
-    It integrates from corner to corner: corners of the load, and instants at which a storey's drift rate or z changes
-    sign. These instants are computed, so the system is smooth in each step, and steps end at the extremes of drifts.
+    The method integrates from corner to corner. Corners are the samples of the load, and the instants at which a
+    storey's drift rate or its memory z changes sign. These instants are computed, so that the system is smooth in each
+    step, and steps end at the extremes of the drifts.
 
     Args:
         mass: Floor mass [kg], shape [storey].
@@ -49,8 +50,8 @@ def bouc_wen_chain_response(
         initial_velocity: Floor velocity at the first sample, where displacement and z are 0 [m/s], shape [storey] or
             one for all.
         beta: Parameter of `Fy / k z' = d' - |z|^n (beta |d'| sign z + gamma d')` [-], shape [storey] or one for all.
-        gamma: Parameter of the same law [-], shape [storey] or one for all.
-        exponent: Exponent n of the same law [-], shape [storey] or one for all.
+        gamma: Parameter gamma of this law [-], shape [storey] or one for all.
+        exponent: Exponent n of this law [-], shape [storey] or one for all.
 
     Raises:
         ValueError: If a value is out of its range or a shape does not fit.
@@ -79,13 +80,13 @@ def bouc_wen_chain_response(
     power = exponent[0] if (exponent == exponent[0]).all() else exponent  # numpy is fast at one power of 1 or 2
     recoverable = chain.hysteretic_force * chain.yield_drift / 2
     state = np.concatenate([chain.start(0.0, initial_velocity), np.zeros(n)])
-    # The smallest drift to expect: that of the highest mode, or the yield drift if it is smaller.
+    # The smallest expected drift: the drift of the highest mode, or the yield drift if it is smaller.
     least = (np.abs(chain.load).max() / chain.fastest + np.abs(state).max()) / chain.fastest
     scale = np.minimum(chain.yield_drift, least) if least > 0 else chain.yield_drift
     shares = scale / chain.yield_drift
     scales = np.concatenate([scale, scale * chain.fastest, shares, recoverable * shares**2])
     tolerances = {"rtol": RELATIVE_TOLERANCE, "atol": ABSOLUTE_TOLERANCE * scales}
-    # Signs of drift rates and memories are constant during a step, so that the system is smooth.
+    # The signs of drift rates and memories are kept constant during a step, so that the system is smooth.
     signs = np.where(state[n : 3 * n] < 0, -1.0, 1.0)
     weight = (beta * signs[:n] * signs[n:] + gamma) / chain.yield_drift
     stiff = 1 / chain.yield_drift
@@ -140,7 +141,7 @@ def bouc_wen_chain_response(
 
 
 def _advance(solver: DOP853, sample: int) -> None:
-    """Take one step of the solver."""
+    """Make one step of the solver; raise a RuntimeError if the tolerance cannot be met after force[sample]."""
     with np.errstate(over="ignore", invalid="ignore"):  # a trial step may be far too long; it is rejected
         message = solver.step()
     if solver.status == "failed":
@@ -153,11 +154,21 @@ def _advance(solver: DOP853, sample: int) -> None:
 def _first_corner(
     solver: DOP853, acceleration: Callable[[float, np.ndarray], np.ndarray], before: np.ndarray, signs: np.ndarray
 ) -> tuple[float, np.ndarray] | None:
-    """Return the instant and the components of the first sign change in the last step; None without a sign change."""
+    """Return the first instant in the solver's last step at which a drift rate or memory changes its sign.
+
+    Args:
+        solver: The solver after its last step.
+        acceleration: Function of time and state that returns the accelerations of the drifts.
+        before: State at the start of the step.
+        signs: Signs of drift rates and memories during the step, shape [2 storey].
+
+    Returns:
+        The instant [s] and the indices of the components in `signs` that change; None if no component changes.
+    """
     n = signs.size // 2
     watched = slice(n, 3 * n)
     may_leave = signs * solver.y[watched] < 0
-    # A drift rate that approaches 0 and recedes may have crossed it twice; a memory reverses only at a corner.
+    # A drift rate that approaches 0 and then recedes may have crossed 0 twice; a memory reverses only at a corner.
     coming, going = acceleration(solver.t_old, before), acceleration(solver.t, solver.y)
     may_leave[:n] |= (signs[:n] * coming < 0) & (signs[:n] * going > 0)
     candidates = np.flatnonzero(may_leave)
@@ -165,7 +176,7 @@ def _first_corner(
         return None
     dense, instants = solver.dense_output(), np.linspace(solver.t_old, solver.t, 9)
     values = (signs[:, None] * dense(instants)[watched])[candidates]
-    # At the ends use the solver's values, from which the interpolant differs by rounding.
+    # At both ends use the values of the solver, because the interpolant differs from them by rounding.
     values[:, 0], values[:, -1] = (signs * before[watched])[candidates], (signs * solver.y[watched])[candidates]
     first = np.inf
     changing: list[int] = []

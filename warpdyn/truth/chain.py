@@ -1,4 +1,4 @@
-"""Shear chains of yielding storeys in terms of storey drifts and memories, for the exact responses."""
+"""Shear chains of yielding storeys, described by storey drifts and memories, for the exact responses."""
 
 from __future__ import annotations
 
@@ -16,15 +16,15 @@ POSITIVE = Parameter("", "", low=0.0, low_open=True)
 
 @dataclass(frozen=True, eq=False)
 class YieldingResponse:
-    """Response of a chain of yielding storeys at the samples of the load.
+    """Response of a shear chain of yielding storeys at the times of the load samples.
 
     Args:
         displacement: Floor displacement [m], shape [time, storey].
         velocity: Floor velocity [m/s], shape [time, storey].
-        memory: Hysteretic force of each storey over its yield force, which is z of Bouc-Wen [-], shape [time, storey];
-            with bilinear storeys drift - memory yield_force / stiffness is the plastic drift.
-        hysteretic_energy: Energy dissipated by each storey so far [J], shape [time, storey].
-        peak_storey_drift: Largest absolute drift of each storey at any time, also between samples [m], shape [storey].
+        memory: Hysteretic force of each storey divided by its yield force (z of Bouc-Wen) [-], shape [time, storey].
+            For bilinear storeys, drift - memory yield_force / stiffness is the plastic drift.
+        hysteretic_energy: Energy dissipated by each storey since the start [J], shape [time, storey].
+        peak_storey_drift: Largest absolute drift of each storey [m], also between samples, shape [storey].
     """
 
     displacement: np.ndarray
@@ -35,10 +35,11 @@ class YieldingResponse:
 
 
 class ShearChain:
-    """A shear chain whose storeys have the force a k d + (1 - a) Fy z in their drift d, where z is their memory.
+    """Shear chain whose storeys have the force a k d + (1 - a) Fy z at the drift d.
 
-    The state is (d, d', z). Drifts instead of floor displacements are used, because the drift rate of a storey at rest
-    is then exactly 0.
+    a is the hardening ratio, k the elastic stiffness, Fy the yield force and z the memory of the storey. The state is
+    (d, d', z). Drifts are used instead of floor displacements, because the drift rate of a storey at rest is then
+    exactly 0.
 
     Args:
         mass: Floor mass [kg], shape [storey].
@@ -82,7 +83,7 @@ class ShearChain:
         finite_numbers("yield_force over stiffness", self.yield_drift)
         self.hysteretic_force = (1 - hardening_ratio) * yield_force
         drifts_of_floors = np.eye(n) - np.eye(n, k=-1)
-        drifts_of_forces = drifts_of_floors / mass  # forces on floors to accelerations of drifts
+        drifts_of_forces = drifts_of_floors / mass  # matrix from forces on floors to accelerations of drifts
         self.load = force @ drifts_of_forces.T
         of_storey_forces = drifts_of_forces @ drifts_of_floors.T
         self.viscous = drifts_of_forces @ damping @ np.tri(n)
@@ -92,12 +93,18 @@ class ShearChain:
         )
         stiffness_matrix = drifts_of_floors.T @ (stiffness[:, None] * drifts_of_floors)
         root = np.sqrt(mass)
-        # Upper bound of circular frequencies [rad/s]: no tangent is stiffer than the elastic chain.
+        # Upper bound of the circular frequencies [rad/s]: no tangent stiffness is larger than the elastic stiffness.
         self.fastest = np.sqrt(eigh(stiffness_matrix, np.diag(mass), eigvals_only=True)[-1])
         self.fastest += np.linalg.norm(damping / np.outer(root, root), 2)
 
     def one_per_storey(self, name: str, value: ArrayLike, parameter: Parameter | None = None) -> np.ndarray:
-        """Return a parameter as an array [storey], or raise a ValueError that names the problem."""
+        """Return a parameter as an array [storey]; raise a ValueError if its shape or a value is not allowed.
+
+        Args:
+            name: Name of the parameter, for messages.
+            value: One value, or one value per storey.
+            parameter: Bounds of the parameter; None: any finite value is allowed.
+        """
         array = finite_numbers(name, value)
         if array.shape not in ((), (self.storeys,)):
             raise ValueError(f"{name} must be one value or one per storey, shape [{self.storeys}], got {array.shape}")
@@ -108,12 +115,12 @@ class ShearChain:
         return array
 
     def start(self, displacement: ArrayLike, velocity: ArrayLike) -> np.ndarray:
-        """Return the state (d, d', 0) from the floors' displacement [m] and velocity [m/s]."""
+        """Return the state (d, d', 0) of the chain from displacements [m] and velocities [m/s] of the floors."""
         displacement = self.one_per_storey("initial_displacement", displacement)
         velocity = self.one_per_storey("initial_velocity", velocity)
         return np.concatenate([np.diff(displacement, prepend=0), np.diff(velocity, prepend=0), np.zeros(self.storeys)])
 
     def response(self, history: np.ndarray, peak_storey_drift: np.ndarray) -> YieldingResponse:
-        """Return the response from rows of (d, d', z, dissipated energy)."""
+        """Return the response from the history of (d, d', z, dissipated energy), [time, 4 storey], and peak drifts."""
         drift, rate, memory, energy = np.split(history, 4, axis=1)
         return YieldingResponse(drift.cumsum(axis=1), rate.cumsum(axis=1), memory, energy, peak_storey_drift)

@@ -7,7 +7,7 @@ from scipy.linalg import LinAlgError, eigh
 
 from warpdyn.foundations.core.checks import finite_numbers, real_number, shortened
 
-LARGEST_FREQUENCY = 1e9  # rad/s; sines of larger arguments have no digits left
+LARGEST_FREQUENCY = 1e9  # [rad/s]; sines of much larger arguments have no correct digits
 
 
 def harmonic_response(
@@ -21,10 +21,11 @@ def harmonic_response(
     initial_displacement: np.ndarray | None = None,
     initial_velocity: np.ndarray | None = None,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Exact response of M u'' + C u' + K u = F0 sin(w t + phase), with any damping matrix, at resonance too.
+    """Return the exact response of M u'' + C u' + K u = F0 sin(w t + phase), for any damping, also at resonance.
 
-    The state is augmented with the sine and cosine of the load. Each instant needs two exponentials, from t = 0 to
-    the beginning of its block and from there to the instant, so that rounding errors do not accumulate.
+    The state is augmented with the sine and cosine of the load. The times are divided into blocks. Each time needs two
+    matrix exponentials, from t = 0 to the start of its block and from there to the time, so that rounding errors do not
+    accumulate.
 
     Args:
         mass: Masses [kg], shape [dof], or mass matrix, shape [dof, dof].
@@ -33,7 +34,7 @@ def harmonic_response(
         amplitude: Force amplitudes F0 [N], shape [dof].
         frequency: Circular frequency of the load w [rad/s].
         phase: Phase of the load [rad].
-        time: Uniform instants after t = 0, where the initial state holds [s], shape [time].
+        time: Uniformly spaced times from t = 0 on [s], shape [time]; the initial state is at t = 0.
         initial_displacement: Displacement at t = 0 [m], shape [dof]; None: at rest.
         initial_velocity: Velocity at t = 0 [m/s], shape [dof]; None: at rest.
 
@@ -66,11 +67,12 @@ def harmonic_response(
     uneven = np.abs(time - (time[0] + step * np.arange(time.size)))
     if uneven.max() > 1e-9 * step + 8 * np.spacing(time[-1]):
         raise ValueError(
-            f"time must be uniform: time[{uneven.argmax()}] is {uneven.max():.3g} s off steps of {step:g} s"
+            f"time must be uniform: time[{uneven.argmax()}] is {uneven.max():.3g} s off steps of {step:g} s: give "
+            "time = first + step * np.arange(n)"
         )
     shape, omega, system = _modal_state(mass, damping, stiffness)
     force = shape.T @ amplitude
-    # Sine and cosine are scaled by the force, so that the load does not determine the norm of the exponent.
+    # Sine and cosine are scaled by the size of the force, so that the load does not dominate the norm of the exponent.
     scale = np.linalg.norm(force) / omega[-1] or 1.0
     augmented = np.zeros((2 * dof + 2, 2 * dof + 2))
     augmented[: 2 * dof, : 2 * dof] = system
@@ -100,7 +102,7 @@ def piecewise_linear_response(
     initial_displacement: np.ndarray | None = None,
     initial_velocity: np.ndarray | None = None,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Exact linear response, at its samples, to a force that is linear between them.
+    """Return the exact linear response, at the samples of a force, if the force is linear between its samples.
 
     Args:
         mass: Masses [kg], shape [dof], or mass matrix, shape [dof, dof].
@@ -148,14 +150,16 @@ def piecewise_linear_response(
 
 
 def _exponential(matrix: np.ndarray) -> np.ndarray:
-    """Return a matrix exponential to rounding times the norm: a Taylor series at a norm within 1/2, then squared.
+    """Return a matrix exponential with an error of about rounding times the norm of the matrix.
 
-    scipy's expm scales less; it loses two to three digits more on undamped oscillations with a norm of hundreds.
+    The matrix is scaled to a norm of at most 1/2, its exponential is computed by a Taylor series, and the result is
+    squared repeatedly. scipy's expm scales less: for undamped oscillations with a norm of hundreds, it loses two to
+    three more digits.
     """
     squarings = max(0, int(np.frexp(np.abs(matrix).sum(axis=0).max())[1]) + 1)
     small = np.ldexp(matrix, -squarings)
     result = identity = np.eye(len(matrix))
-    for power in range(15, 0, -1):  # the first term left out is 0.5^16 / 16! = 7e-19
+    for power in range(15, 0, -1):  # the first omitted term is 0.5^16 / 16! = 7e-19
         result = identity + small @ result / power
     for _ in range(squarings):
         result = result @ result
@@ -181,16 +185,16 @@ def _matrices(mass: np.ndarray, damping: np.ndarray, stiffness: np.ndarray) -> l
         if name != "damping" and not np.allclose(matrix, matrix.T, rtol=0, atol=1e-9 * np.abs(matrix).max()):
             raise ValueError(
                 f"{name} must be symmetric, but differs from its transpose by up to "
-                f"{np.abs(matrix - matrix.T).max():.6g}"
+                f"{np.abs(matrix - matrix.T).max():.6g}: correct it, or give (matrix + matrix.T) / 2"
             )
     return matrices
 
 
 def _modal_state(mass: np.ndarray, damping: np.ndarray, stiffness: np.ndarray) -> tuple[np.ndarray, ...]:
-    """Return undamped shapes (mass-normalised), frequencies, and the system of the state (w q, q').
+    """Return undamped mode shapes (mass-normalised), circular frequencies [rad/s], and the matrix of the modal state.
 
-    The squared norm of this state is the energy, and its system is skew-symmetric except for damping, so that
-    exponentials lose no digits.
+    The state is (w q, q'), with modal coordinates q and frequencies w. Its squared norm is the energy, and its matrix
+    is skew-symmetric except for damping, so that exponentials lose no digits.
     """
     try:
         eigenvalue, shape = eigh(stiffness, mass)
@@ -198,7 +202,8 @@ def _modal_state(mass: np.ndarray, damping: np.ndarray, stiffness: np.ndarray) -
         raise ValueError("mass must be positive definite: give every degree of freedom a mass above 0 kg") from None
     if eigenvalue[0] <= 0:
         raise ValueError(
-            f"stiffness must be positive definite; its least generalised eigenvalue is {eigenvalue[0]:.6g} rad2/s2"
+            f"stiffness must be positive definite; its least generalised eigenvalue is {eigenvalue[0]:.6g} rad2/s2: "
+            "restrain free motions, or correct the matrix"
         )
     omega = np.sqrt(eigenvalue)
     system = np.block([[np.zeros_like(mass), np.diag(omega)], [-np.diag(omega), -shape.T @ damping @ shape]])
@@ -208,7 +213,17 @@ def _modal_state(mass: np.ndarray, damping: np.ndarray, stiffness: np.ndarray) -
 def _physical(
     state: np.ndarray, matrices: list[np.ndarray], shape: np.ndarray, omega: np.ndarray, load: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return displacement, velocity and, by the equation of motion, acceleration, each [time, dof]."""
+    """Return displacement [m], velocity [m/s] and acceleration [m/s2], each of shape [time, dof], from modal states.
+
+    The acceleration follows from the equation of motion.
+
+    Args:
+        state: Modal states (w q, q'), shape [time, 2 dof or more].
+        matrices: Mass, damping and stiffness matrix.
+        shape: Mode shapes, shape [dof, mode].
+        omega: Circular frequencies [rad/s], shape [mode].
+        load: Forces [N], shape [time, dof].
+    """
     mass, damping, stiffness = matrices
     dof = len(omega)
     displacement = (state[:, :dof] / omega) @ shape.T

@@ -1,1 +1,1 @@
-"""Statistics of demands: fragility curves, damage shares."""
+"""Fragility: curves fitted to the demands of runs, and shares of a portfolio's buildings in damage states."""

@@ -1,4 +1,4 @@
-"""Results of each building of an inventory: probabilities of damage and losses, with their uncertainty."""
+"""Results for each building of an inventory: probabilities of damage and losses, with their uncertainty."""
 
 from __future__ import annotations
 
@@ -25,26 +25,27 @@ Losses = Ratios | Mapping[str, Ratios]
 def building_results(
     counted: xr.Dataset, stock: BuildingStock, inventory: pd.DataFrame, loss_ratios: Losses | None = None
 ) -> pd.DataFrame:
-    """Return a table with the probabilities of damage and the losses of each building.
+    """Return a table with the probabilities of damage and the losses of each building of an inventory.
 
-    A building's samples are its histories under the motions of the run (with the `events` of `DamageCounts`: the worst
+    The samples of a building are its histories under the motions of the run (if `DamageCounts` has `events`: the worst
     motion of each event). All samples of a building have the same random structure, so standard errors contain only the
     variability among motions, which count as independent. If two motions are components of one record, give
     `DamageCounts(events=...)`. For `MotionsAtSites`, the number of independent samples is at most the number of
-    different earthquakes among the draws, because a repeated earthquake gives no new motions at a site; a warning
-    reports if the counts have no earthquakes in their attributes.
+    different earthquakes among the draws, because a repeated earthquake gives no new motions at a site. If the counts
+    have no earthquakes in their attributes, a warning is given.
 
-    A row of the inventory that represents several buildings (`number`) is simulated once. Its probabilities are those
-    of each of these buildings; its loss, like its replacement cost, is that of all of them, in the same damage state.
+    A row of the inventory that represents several buildings (column `number`) is simulated once. Its probabilities
+    apply to each of these buildings. Its loss, like its replacement cost, is the loss of all of them, in the same
+    damage state.
 
     Args:
         counted: The result of `simulate` with `statistics=[DamageCounts(stock.limits, over="building")]`. From counts
             over ("building", "stripe") or ("building", "event"), select one level or event: `counted.sel(stripe=0.5)`.
         stock: The stock whose portfolio was run.
         inventory: The inventory from which the stock was made, with the user's own columns.
-        loss_ratios: Mean loss ratio of each damage state [1], or mean and coefficient of variation, the same for all
-            archetypes; or such a mapping for each archetype. None: no losses are computed. The run needs no
-            `DamageLoss`.
+        loss_ratios: Loss ratio of each damage state: its mean [1], or (mean, coefficient of variation). Either one such
+            mapping for all archetypes, or such a mapping for each archetype. None: no losses are computed. The run
+            needs no `DamageLoss`.
 
     Returns:
         One row per building that has an archetype, in the order of the inventory, with its columns and:
@@ -55,14 +56,14 @@ def building_results(
         - ``probability_<state>``, the probability of being in each damage state (also "none"), and its
           ``standard_error_<state>``, sqrt(p (1 - p) / (n - 1)) for n independent samples: NaN if n is 0 or 1, and 0 if
           p is 0 or 1, although such a probability is not exact either;
-        - with `loss_ratios` the `expected_loss_ratio` [1] of a sample and its `loss_ratio_standard_deviation` [1],
-          which includes the scatter of the ratios, and both times `replacement_cost`: `expected_loss` and
+        - with `loss_ratios`: `expected_loss_ratio` [1], the mean over the samples, and `loss_ratio_standard_deviation`
+          [1], which includes the scatter of the loss ratios; both times `replacement_cost` are `expected_loss` and
           `loss_standard_deviation`, in the currency of the costs.
 
     Raises:
-        ValueError: If the dataset has no counts by building, if the counts mix levels of stripes, if the stock or the
-            inventory is that of another run, if a column of the inventory has the name of a result, if loss ratios are
-            missing for a damage state, or if losses are asked for and buildings have no replacement cost.
+        ValueError: If the dataset has no counts by building; if the counts mix levels of stripes; if the stock or the
+            inventory belongs to another run; if a column of the inventory has the name of a result; if loss ratios are
+            missing for a damage state; or if losses are requested and buildings have no replacement cost.
         TypeError: If an argument has the wrong type.
 
     Example:
@@ -97,7 +98,7 @@ def building_results(
         cost = stock.replacement_costs(inventory)
 
     def columns_of(numbers: np.ndarray) -> dict[str, np.ndarray]:
-        """Return the results of the buildings with these indices in the portfolio."""
+        """Return the results (columns by name) of the buildings with the given indices in the portfolio."""
         of_each = counts[numbers]
         samples = of_each.sum(axis=1)
         independent = samples if earthquakes is None else np.minimum(samples, earthquakes)
@@ -115,7 +116,7 @@ def building_results(
             found |= {"expected_loss": ratio * cost[numbers], "loss_standard_deviation": deviation * cost[numbers]}
         return found
 
-    # Index in the portfolio of each row of the inventory; -1 without an archetype.
+    # Index in the portfolio of the building in each row of the inventory; -1 if the row has no archetype.
     number = np.full(len(inventory), -1, np.int32)
     number[stock.rows] = np.arange(stock.rows.size, dtype=np.int32)
     has_one = number >= 0
@@ -146,7 +147,14 @@ def building_results(
 def _loss_ratios(
     share: np.ndarray, independent: np.ndarray, mean: np.ndarray, deviation: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return mean and standard deviation of the loss ratio of each building's samples, from shares in states."""
+    """Return the mean and standard deviation of the loss ratio [1] of each building, shape [building].
+
+    Args:
+        share: Share of each building's samples in each damage state, shape [building, damage_state].
+        independent: Number of independent samples of each building, shape [building].
+        mean: Mean loss ratios, shape [building or 1, damage_state].
+        deviation: Standard deviations of the loss ratios, of the same shape.
+    """
     expected = (share * mean).sum(axis=1)
     between = (share * (mean - expected[:, None]) ** 2).sum(axis=1)
     with np.errstate(invalid="ignore", divide="ignore"):
@@ -155,12 +163,17 @@ def _loss_ratios(
 
 
 def _earthquakes(counted: xr.Dataset, name: str) -> int | None:
-    """Return the number of different earthquakes among the draws of MotionsAtSites; None for other designs."""
+    """Return the number of different earthquakes among the draws of MotionsAtSites; None for other designs.
+
+    Args:
+        counted: The statistics of the run.
+        name: Name of the damage counts.
+    """
     text, design = str(counted.attrs.get("scene", "")), '{"type":"MotionsAtSites"'
     if "earthquake" in counted[name].coords:  # counts of one earthquake
         return 1
-    # Find the earthquakes of the draws without parsing the sites of all buildings before them. Quotes within JSON text
-    # are escaped, so no name looks like this key.
+    # Find the earthquakes of the draws without parsing the sites of all buildings, which come before them in the JSON.
+    # Quotes within JSON texts are escaped, so no name can be confused with this key.
     begin, key = text.find(f'"excitation":{design}'), '"earthquake":['
     place = text.find(key, begin)  # -1 for another design: the search begins at -1, the last character
     if place != -1:
@@ -176,16 +189,16 @@ def _earthquakes(counted: xr.Dataset, name: str) -> int | None:
 
 
 def damage_states(results: pd.DataFrame) -> list[str]:
-    """Return the damage states of the probabilities in a table of results, no damage first.
+    """Return the names of the damage states whose probabilities are in a table of results; no damage is first.
 
-    A user's column may also begin with "probability_", but has no column "standard_error_...".
+    A user's column may also begin with "probability_", but it has no corresponding column "standard_error_...".
     """
     states = [str(name).removeprefix(PROBABILITY) for name in results if str(name).startswith(PROBABILITY)]
     return [state for state in states if STANDARD_ERROR + state in results]
 
 
 def _check_run(counted: xr.Dataset, stock: BuildingStock) -> None:
-    """Raise a ValueError unless the counts are of the stock's portfolio and one level of intensity."""
+    """Raise a ValueError unless the counts belong to the portfolio of the stock and to one level of intensity."""
     if counted.sizes["building"] != stock.portfolio.buildings:
         raise ValueError(
             f"{_FUNCTION}: the run has {counted.sizes['building']:,} buildings and the stock "

@@ -1,4 +1,4 @@
-"""Fragility curves from capacities, i.e. the intensities at which structures first exceed limits under motions."""
+"""Fragility curves from capacities (intensities at which structures first exceed limits, from IDA)."""
 
 from __future__ import annotations
 
@@ -41,11 +41,11 @@ def fragility_from_capacities(
 ) -> xr.Dataset:
     """Fit a lognormal fragility curve to the capacities of every damage state, with intervals.
 
-    Only bounds of each capacity are known: it lies within its bracket, above the highest level that was run
+    For each capacity only bounds are known: it is within its bracket, above the highest level that was run
     (right-censored), or below the lowest level. The curves maximise the likelihood of these bounds. If every capacity
     is known exactly, this is the method of moments: mean and standard deviation of ln(capacity), with divisor n as in
     NumPy's `std` and scipy.stats' `lognorm.fit` (Baker 2015, Earthquake Spectra 31(1), divides by n - 1). Intervals are
-    those of `fragility`: a jackknife over records and structures with Student's t.
+    computed as in `fragility`, by a jackknife over records and structures with Student's t.
 
     Args:
         capacities: `capacity(structure, motion, damage_state)` [g, or the unit of the intensity measure], and its
@@ -54,13 +54,13 @@ def fragility_from_capacities(
             bracket, capacities are exact.
         intervals_over: "records and structures", or "records" for intervals of the given structures.
         replicates: Number of draws from the joint sampling distribution of all medians and dispersions.
-        confidence: Probability that the intervals cover [1].
-        seed: Seed of these draws.
+        confidence: Probability that the intervals cover the true value [1].
+        seed: Seed of the draws.
 
     Returns:
-        Medians, dispersions [1] and curves, each with its interval, as `fragility` returns them; `fit_status`;
-        `censored_capacities`, the number of capacities above the highest level; `median_variance` by source; and
-        `median_variance_by_sandwich`, the cluster-robust variance with records as clusters.
+        Medians [units of the capacities], dispersions [1] and curves, each with its interval, as `fragility` returns
+        them; `fit_status`; `censored_capacities`, the number of capacities above the highest level; `median_variance`
+        by source; and `median_variance_by_sandwich`, the cluster-robust variance with records as clusters.
 
     Raises:
         ValueError: If a variable or dimension is missing, a capacity is not positive, a bracket does not contain its
@@ -140,7 +140,7 @@ def fragility_from_capacities(
 
 
 def _check_pairs(structure: np.ndarray, motion: np.ndarray) -> None:
-    """Raise a ValueError if a pair of a structure and a motion occurs twice."""
+    """Raise a ValueError if a pair of a structure and a motion occurs more than once, e.g. after xr.concat."""
     pairs = np.unique(np.column_stack([structure, motion]), axis=0)
     if len(pairs) < structure.size:
         raise ValueError(
@@ -151,7 +151,7 @@ def _check_pairs(structure: np.ndarray, motion: np.ndarray) -> None:
 
 
 def _checked_brackets(capacities: xr.Dataset) -> tuple[np.ndarray, np.ndarray]:
-    """Return the brackets, shape [structure, motion, damage_state]; NaN if a search failed."""
+    """Return lower and upper bounds of the capacities, [structure, motion, damage_state]; NaN: the search failed."""
     name = "fragility_from_capacities"
     given = capacities["capacity"]
     if not {"motion", "damage_state"} <= set(given.dims) <= {*PAIRS, "damage_state"}:
@@ -182,7 +182,7 @@ def _checked_brackets(capacities: xr.Dataset) -> tuple[np.ndarray, np.ndarray]:
         hint = (
             "; a capacity that was not reached needs the highest level that was run as capacity_lower"
             if np.isinf(lower[place])
-            else ""
+            else ": correct capacity_lower and capacity_upper"
         )
         raise ValueError(
             f"{name}: the capacity of structure {place[0]}, motion {place[1]}, damage state "
@@ -199,14 +199,20 @@ def _checked_brackets(capacities: xr.Dataset) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _ends(low: np.ndarray, high: np.ndarray) -> np.ndarray:
-    """Return ln of the smallest and of the largest bound of the capacities, shape [2, damage_state]."""
+    """Return ln of the smallest and of the largest finite bound of the capacities, shape [2, damage_state].
+
+    `low` and `high` are ln of the lower and upper bounds, shape [observation, damage_state].
+    """
     from_below = np.where(np.isfinite(low), low, np.where(np.isfinite(high), high, np.inf))
     from_above = np.where(np.isfinite(high), high, np.where(np.isfinite(low), low, -np.inf))
     return np.stack([from_below.min(axis=0), from_above.max(axis=0)])
 
 
 def _outcome(low: np.ndarray, high: np.ndarray) -> int:
-    """Return the outcome of the fit to brackets if the likelihood has no maximum, otherwise FITTED."""
+    """Return an index into FIT_MEANINGS: FITTED, or the reason why the likelihood of the brackets has no maximum.
+
+    `low` and `high` are ln of the lower and upper bounds of a damage state's capacities, shape [observation].
+    """
     if np.isposinf(high).all():
         return NO_EXCEEDANCE
     if np.isneginf(low).all():
@@ -215,7 +221,7 @@ def _outcome(low: np.ndarray, high: np.ndarray) -> int:
 
 
 def _warn(names: tuple[str, ...], outcome: np.ndarray, records: int, high: np.ndarray, remarks: list[str]) -> None:
-    """Warn of curves without a fit or an interval, and of further remarks."""
+    """Warn of damage states without a fit and of a single record; add the sentences `remarks` to the warning."""
     advice = {
         NO_EXCEEDANCE: "no capacity was reached: raise capacities(..., highest=)",
         ALL_EXCEEDING: "every capacity is below the lowest level: run lower levels",

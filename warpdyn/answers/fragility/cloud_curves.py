@@ -1,4 +1,4 @@
-"""Cloud analysis: fragility curves by regression of demands under motions without common levels."""
+"""Cloud analysis: fragility curves by regression of demands on intensities, for motions without common levels."""
 
 from __future__ import annotations
 
@@ -50,8 +50,8 @@ METHODS = {
     "collapse": "regression of ln demand on ln intensity of samples without collapse, and probit of collapse "
     "(Jalayer et al. 2017)",
 }
-LEAST_STANDING = 4  # fewest samples without collapse that determine a line and a standard deviation
-_SIXTEENTH, _EIGHTY_FOURTH = 0.15865525393145707, 0.8413447460685429  # normal probability of -1 and +1 deviation
+LEAST_STANDING = 4  # smallest number of samples without collapse that determines a line and a standard deviation
+_SIXTEENTH, _EIGHTY_FOURTH = 0.15865525393145707, 0.8413447460685429  # normal probabilities at -1 and +1 deviation
 
 
 @suggests_names
@@ -75,11 +75,12 @@ def fragility_of_cloud(
     The demand of a collapsed sample is only known to be larger than its value before the collapse. Estimator "censored"
     uses this value as a lower bound (right-censored). The curve of a limit c is lognormal, with median exp((ln c -
     intercept) / slope) and dispersion deviation / slope. Estimator "collapse" fits the line to samples without
-    collapse, and the probability of collapse separately; a sample exceeds a limit if it collapses or its demand is
-    larger. These curves are not lognormal: their dispersion is half of ln(x84 / x16), where x84 and x16 are the
-    intensities at which 84 % and 16 % exceed the limit. Samples that did not collapse have smaller demands than all
-    samples would have, which biases their line; "censored" has no such bias. Both estimators use the demand of the
-    worst storey or floor. Intervals are those of `fragility`: a jackknife over records and structures.
+    collapse, and fits the probability of collapse separately; a sample exceeds a limit if it collapses or its demand is
+    larger. These curves are not lognormal: their dispersion is defined as half of ln(x84 / x16), where x84 and x16 are
+    the intensities at which 84 % and 16 % of the samples exceed the limit. Samples that did not collapse have smaller
+    demands than all samples would have, so their line is biased; "censored" has no such bias. Both estimators use the
+    demand of the worst storey or floor. Intervals are computed as in `fragility`, by a jackknife over records and
+    structures.
 
     Args:
         dataset: A run of a Cloud or OneMotionPerStructure, as `simulate` returned it, or a run on stripes. It contains
@@ -87,12 +88,12 @@ def fragility_of_cloud(
         limits: Limit of each damage state, from the lightest to the heaviest, in the units of the demand. Only collapse
             exceeds `math.inf`; its curve is the probit of collapse, with either estimator.
         estimator: "censored" or "collapse".
-        demand: Variable of the run to compare with the limits; a signed variable is compared by its absolute value.
+        demand: Name of the demand that is compared with the limits; if it has a sign, its absolute value is compared.
         intervals_over: "records and structures", or "records" for intervals of the given structures.
         added_storeys: Whether storeys of isolators or of a tuned mass damper count, as in `fragility`.
         replicates: Number of draws from the joint sampling distribution of all medians and dispersions.
-        confidence: Probability that the intervals cover [1].
-        seed: Seed of these draws.
+        confidence: Probability that the intervals cover the true value [1].
+        seed: Seed of the draws.
 
     Returns:
         Medians [g, or the unit of the intensity], dispersions [1] and curves, each with its interval, as `fragility`
@@ -191,7 +192,17 @@ def fragility_of_cloud(
 def _checked_cloud(
     dataset: xr.Dataset, demand: str, over_structures: bool
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, Observations, int]:
-    """Return intensity, demand, collapse and origin of the samples that did not fail, and the number that failed."""
+    """Return the checked samples of a cloud that did not fail, and the number of failed samples.
+
+    Args:
+        dataset: The run.
+        demand: Name of the demand.
+        over_structures: Whether intervals include the variability among structures.
+
+    Returns:
+        Intensity of each sample; demand at the worst place; whether the sample collapsed; record and structure of each
+        sample; number of failed samples.
+    """
     name = "fragility_of_cloud"
     check_labels(dataset, f"{name}: ")
     check_samples(name, dataset)
@@ -211,9 +222,11 @@ def _checked_cloud(
         bad = np.flatnonzero(kept & ~((values > 0) & np.isfinite(values)))
         if bad.size:
             why = (
-                "collapsed samples have no value of this demand, but the regression needs a lower bound of it"
+                "collapsed samples have no value of this demand, but the regression needs a lower bound of it: "
+                "choose another demand=, such as 'peak_storey_drift_ratio'"
                 if collapsed[bad[0]] and what == demand
-                else "it must be finite and above 0, because its logarithm is taken"
+                else "it must be finite and above 0, because its logarithm is taken: remove this sample from the "
+                "run, or choose another demand="
             )
             raise ValueError(f"{name}: {what} of sample {bad[0]} is {values[bad[0]]}: {why}")
     standing = kept & ~collapsed
@@ -234,10 +247,19 @@ def _checked_cloud(
 def _influences(
     observed: Observations, regression: CensoredRegression | None, fits: CloudFits, logarithms: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return each sample's contribution to ln(median) and ln(dispersion), and variances as if samples were independent.
+    """Return contributions of samples to ln(median) and ln(dispersion), and variances for independent samples.
 
-    Estimator "collapse" returns zeros: the interaction of record and structure then counts twice in the variance, which
-    makes the interval wider (conservative).
+    For estimator "collapse" (`regression` is None) the contributions are zero: the interaction of record and structure
+    is then counted twice in the variance, which makes the interval wider (conservative).
+
+    Args:
+        observed: Record and structure of each sample.
+        regression: The regression of estimator "censored"; None for estimator "collapse".
+        fits: The fits; the first row is the fit to all samples.
+        logarithms: ln(median) and ln(dispersion), shape [2, damage_state].
+
+    Returns:
+        Contributions, shape [sample, 2, damage_state]; variances, shape [2, damage_state].
     """
     states, samples = logarithms.shape[1], observed.record.size
     influences, independent = np.zeros((samples, 2, states)), np.full((2, states), np.nan)
@@ -264,7 +286,7 @@ def _warn(
     estimator: str,
     remarks: list[str],
 ) -> None:
-    """Warn of curves without a fit, an interval or data, and add further remarks."""
+    """Warn of curves without a fit, of a single record and of extrapolated limits; add the sentences `remarks`."""
     found = [*remarks]
     is_finite = np.isfinite(limits.values[0])
     for number in np.flatnonzero(~is_finite & ~np.isin(outcome, (FITTED, PENALISED))):

@@ -1,4 +1,4 @@
-"""The dataset of fragility curves that are fitted to capacities or to clouds."""
+"""The dataset of fragility curves that are fitted to capacities or to a cloud of demands."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from warpdyn.answers.fragility.intervals.observations import Observations
 from warpdyn.foundations.core.output_variables import MEDIAN_STATUS
 from warpdyn.foundations.core.units import unit_attributes
 
-_LEAST_PROBABILITY = 1e-12  # closer to 0 or 1, the bounds are set to the curve itself
+_LEAST_PROBABILITY = 1e-12  # if the probability is closer to 0 or 1, the bounds are equal to the curve
 
 
 def dataset_of_curves(
@@ -43,25 +43,25 @@ def dataset_of_curves(
     replicates: int,
     seed: int,
 ) -> tuple[xr.Dataset, np.ndarray, list[str]]:
-    """Return the dataset of curves, intervals, variances by source, and draws from their sampling distribution.
+    """Return a dataset with fragility curves, their intervals, variances by source, and draws for later functions.
 
     Args:
-        observed: The record and structure of each observation.
+        observed: Record and structure of each observation.
         states: Names of the damage states.
-        left: ln(median) and ln(dispersion) of the full fit, and of the fits without each record and without each group
-            of structures.
-        outcome: Outcome of each fit, an index into FIT_MEANINGS.
-        ends: Lowest and highest intensity that were run: two numbers, or two rows of shape [damage_state].
-        curves: Function of intensities that returns the probability of exceedance for each row of weights, shape [row,
-            damage_state, intensity].
+        left: ln(median) and ln(dispersion) of the fit to all observations, and of the fits without each record and
+            without each group of structures.
+        outcome: Outcome of each fit, an index into FIT_MEANINGS, shape [damage_state].
+        ends: Lowest and highest intensity that were run: two numbers, or two arrays of shape [damage_state].
+        curves: Function of intensities that returns the probability of exceedance for each row of weights (for
+            all observations, and without each record or group), shape [row, damage_state, intensity].
         highest: Highest intensity of the curves.
         units: Units of the intensity.
-        confidence: Probability that the intervals cover [1].
-        replicates: Number of draws.
+        confidence: Probability that the intervals cover the true value [1].
+        replicates: Number of draws from the sampling distribution of medians and dispersions.
         seed: Seed of the draws.
 
     Returns:
-        The dataset; the outcomes, which also mark medians that the data do not determine; and sentences for a warning.
+        The dataset; the outcomes, which also mark medians that the data do not determine; sentences for a warning.
     """
     marked = mark(left, outcome, *ends)
     left, outcome, status = marked.left, marked.outcome, marked.status
@@ -113,7 +113,7 @@ def _curves(
     intensity: np.ndarray,
     confidence: float,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return the curves and their bounds, shape [damage_state, intensity] and [2, damage_state, intensity]."""
+    """Return the curves, [damage_state, intensity], and the bounds of their intervals, [2, damage_state, intensity]."""
     probability = curves(intensity)
     curve = probability[0]
     score = ndtri(np.clip(probability, _LEAST_PROBABILITY, 1.0 - _LEAST_PROBABILITY))

@@ -1,4 +1,4 @@
-"""Variables of a dataset of fragility curves: fractions, curves, variances by source, draws."""
+"""Variables of a dataset of fragility curves: fractions, curves, variances by source, and draws."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _OF_STRIPES = ("damage_state", "stripe")
 
 
 def variable(dimensions: str | tuple[str, ...], values: ArrayLike, long_name: str, **attributes: object) -> tuple:
-    """Return a variable for a dataset: dimensions, values and attributes; units are "1" by default."""
+    """Return (dimensions, values, attributes) of a variable for an xarray Dataset; units are "1" by default."""
     return dimensions, values, {"long_name": long_name, "units": "1"} | attributes
 
 
@@ -38,7 +38,17 @@ def estimates(
     confidence: float,
     over_structures: bool,
 ) -> dict[str, tuple]:
-    """Return fractions, medians and dispersions with their bounds, at the worst place and at each place."""
+    """Return the variables of fractions, medians and dispersions with their bounds, at the worst and at each place.
+
+    Args:
+        counts: Numbers of samples by record, structure group, stripe, place and damage state.
+        left: The fits.
+        outcome: Outcome of each fit, an index into FIT_MEANINGS, shape [place + 1, damage_state].
+        status: Position of each median among the levels, of the same shape.
+        has_interval: Whether a fit has an interval, of the same shape.
+        confidence: Probability that the intervals cover the true value [1].
+        over_structures: Whether intervals include the variability among structures.
+    """
     with np.errstate(invalid="ignore"):
         fraction = counts.total / counts.trials
     bounds = np.where(has_interval, np.exp(left.spread.interval(confidence)), np.nan)
@@ -67,10 +77,10 @@ def estimates(
 
 
 def levels_about_median(levels: np.ndarray, fraction_bounds: np.ndarray) -> np.ndarray:
-    """Return the two levels between which the median lies for any increasing curve, shape [2, row ...].
+    """Return the two levels that enclose the median of any increasing curve, shape [2, row ...].
 
-    The lower one is the highest level at which the interval of the fraction of exceeding samples is below 0.5; the
-    upper one is the lowest level at which the interval is above 0.5. NaN if there is no such level.
+    The lower one is the highest level at which the interval of the exceedance fraction is below 0.5. The upper one is
+    the lowest level at which this interval is above 0.5. NaN if there is no such level.
 
     Args:
         levels: Intensity of each stripe, shape [im_level], increasing.
@@ -86,7 +96,7 @@ def levels_about_median(levels: np.ndarray, fraction_bounds: np.ndarray) -> np.n
 def with_bounds(
     values: np.ndarray, bounds: np.ndarray | None, meaning: str, confidence: float
 ) -> list[tuple[str, np.ndarray, str]]:
-    """Return the name suffix, the values and the long name of an estimate and of its bounds (if it has bounds)."""
+    """Return an estimate and, if it has bounds, its bounds: a list of (name suffix, values, long name)."""
     parts = [("", values, meaning)]
     for side, bound in zip(("lower", "upper"), () if bounds is None else bounds, strict=bounds is not None):
         parts.append((f"_{side}", bound, f"{meaning}, {side} bound of the {100 * confidence:g} % interval"))
@@ -96,7 +106,10 @@ def with_bounds(
 def curves(
     counts: StripeCounts, left: LeftOut, has_interval: np.ndarray, confidence: float, shape: CurveShape
 ) -> tuple[dict[str, tuple], np.ndarray]:
-    """Return the curves at the worst place with their bounds, and the intensities of their points."""
+    """Return the variables of the curves at the worst place with their bounds, and the intensities of their points.
+
+    Arguments: see `estimates`; `shape` is the shape of the curves.
+    """
     intensity, worst, has_interval = intensities_along(counts.levels.max()), left.worst, has_interval[-1]
     median, dispersion = np.exp(worst.whole)
     curve = shape.probability(intensity, median[:, None], dispersion[:, None])
@@ -107,7 +120,7 @@ def curves(
         return (logarithm - of[..., 0, :, None]) * np.exp(-of[..., 1, :, None])
 
     slopes = np.stack([-np.exp(-worst.whole[1])[:, None] + 0 * logarithm, -scores(worst.whole)])
-    interaction = (slopes**2 * worst.interaction[:, :, None]).sum(axis=0)  # the covariance is small
+    interaction = (slopes**2 * worst.interaction[:, :, None]).sum(axis=0)  # neglects the covariance, which is small
     parts = scores(worst.whole), scores(worst.records), scores(worst.groups)
     spread = spread_of(*parts, interaction, worst.strata)
     with np.errstate(over="ignore"):
@@ -123,10 +136,10 @@ def curves(
 
 
 def discretisation_variance(dataset: xr.Dataset, demand: str | None, states: int) -> np.ndarray:
-    """Return the variance of ln(median) and ln(dispersion) caused by the step, shape [2, damage_state].
+    """Return the variance of ln(median) and ln(dispersion) due to the integration step, shape [2, damage_state].
 
-    For the median it is the square of the median relative error of the demand, which the run measures with
-    `checked_share`. It is NaN without `checked_share`, and for the dispersion.
+    For the median it is the square of the median relative error of the demand, which the run estimates if
+    `checked_share` is given. It is NaN without `checked_share`, and always NaN for the dispersion.
     """
     variance = np.full((2, states), np.nan)
     if "estimated_relative_error" in dataset and demand in dataset["estimated_relative_error"]["demand"].values:
@@ -135,12 +148,12 @@ def discretisation_variance(dataset: xr.Dataset, demand: str | None, states: int
 
 
 def variances(left: LeftOut, has_interval: np.ndarray, of_discretisation: np.ndarray | None = None) -> dict[str, tuple]:
-    """Return the variances of ln(median) and ln(dispersion), by source and as if samples were independent.
+    """Return variables of the variance of ln(median) and ln(dispersion): by source, and for independent samples.
 
     Args:
-        left: The fits at the worst place.
+        left: The fits at the worst place, with and without each record and group of structures.
         has_interval: Whether a damage state has an interval, shape [damage_state].
-        of_discretisation: Variance caused by the step, shape [2, damage_state]; None if unknown.
+        of_discretisation: Variance due to the integration step, shape [2, damage_state]; None: it is unknown.
     """
     by_source, comment = np.where(has_interval, left.spread.by_source, np.nan), "of its logarithm; "
     if of_discretisation is not None:
@@ -162,9 +175,9 @@ def variances(left: LeftOut, has_interval: np.ndarray, of_discretisation: np.nda
 
 
 def sandwich(left: LeftOut, outcome: np.ndarray) -> dict[str, tuple]:
-    """Return the cluster-robust variances of ln(median) and ln(dispersion) at the worst place.
+    """Return variables of the cluster-robust variance of ln(median) and ln(dispersion) at the worst place.
 
-    Penalised fits have no such variance, because separated stripes have no scatter.
+    The variance is NaN for penalised fits, because separated stripes have no scatter.
     """
     found = np.where(outcome == FITTED, left.sandwich, np.nan)
     return {
@@ -181,7 +194,16 @@ def sandwich(left: LeftOut, outcome: np.ndarray) -> dict[str, tuple]:
 def draws(
     left: LeftOut, has_interval: np.ndarray, count: int, seed: int, units: str, confidence: float
 ) -> dict[str, tuple]:
-    """Return draws from the joint sampling distribution of the medians and dispersions at the worst place."""
+    """Return variables with draws from the joint sampling distribution of medians and dispersions, at the worst place.
+
+    Args:
+        left: The fits at the worst place.
+        has_interval: Whether a damage state has an interval, shape [damage_state]; otherwise its draws are NaN.
+        count: Number of draws.
+        seed: Seed of the draws.
+        units: Units of the median.
+        confidence: Coverage of the interval that limits the tails of the draws [1].
+    """
     drawn = np.exp(np.where(has_interval, left.spread.draw(count, seed, confidence), np.nan))
     said = "draw from the sampling distribution of the"
     of_replicates = ("replicate", "damage_state")
@@ -192,17 +214,24 @@ def draws(
 
 
 def fit_flags() -> dict[str, Any]:
-    """Return the attributes of a flag variable whose flags are FIT_MEANINGS."""
+    """Return the flag attributes of the variable `fit_status`, whose meanings are FIT_MEANINGS."""
     return {"flag_values": np.arange(len(FIT_MEANINGS), dtype=np.int8), "flag_meanings": " ".join(FIT_MEANINGS)}
 
 
 def intensities_along(highest: float) -> np.ndarray:
-    """Return intensities from 0 to the highest at which curves are given, with smaller intervals at low intensities."""
+    """Return intensities from 0 to `highest` for the points of a curve, with smaller intervals at low intensities."""
     return highest * np.linspace(0.0, 1.0, _CURVE_POINTS) ** 2
 
 
 def interval_method(records: int, groups: int, parts: int | None = None, strata: int = 1) -> str:
-    """Return a description of the jackknife: numbers of records, of parts, of strata, and of groups of structures."""
+    """Return a text that describes the jackknife of the intervals.
+
+    Args:
+        records: Number of records.
+        groups: Number of groups of structures that are left out; 0: only records are left out.
+        parts: Number of groups of records that are left out; None: single records.
+        strata: Number of sets of records that run at different levels.
+    """
     nested = f" in {strata} sets, each at its own levels," if strata > 1 else ""
     in_parts = "" if parts in (None, records) else f" in {parts} parts"
     and_groups = f" and {groups} groups of structures" if groups else ""

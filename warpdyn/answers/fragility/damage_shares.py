@@ -1,4 +1,4 @@
-"""Damage of a portfolio: the share of its buildings in each damage state, with limits for each archetype."""
+"""Damage of a portfolio: the share of its buildings in each damage state, with separate limits for each archetype."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ from warpdyn.model.ground_motions.motions import motion_numbers
 from warpdyn.model.inventories.table import is_in_inventory_order, warn_of_inventory_order
 
 SAMPLES_AT_A_TIME = 2**18  # number of samples read from a file at a time
-FAILED = -1
+FAILED = -1  # damage state of a sample or building without a valid result
 OF_ONE = (
     "simulate wd.Scene(wd.Portfolio({'houses': wd.Archetype(building, count)}), ...) and give "
     "limits={'houses': limits}; for the probabilities of a single building on stripes, use wd.fragility(run, limits)"
@@ -54,35 +54,36 @@ def damage_shares(
 ) -> xr.Dataset:
     """Return the share of a portfolio's buildings in each damage state, per motion (and per stripe).
 
-    A building is in the heaviest damage state whose limit its largest storey drift ratio exceeds, in "none" if it
+    A building is in the heaviest damage state whose limit its largest storey drift ratio exceeds. It is in "none" if it
     exceeds no limit, and in the heaviest of all states if it collapsed. Storeys of isolators or of a tuned mass damper
-    do not count, unless `added_storeys` is set.
+    do not count, unless `added_storeys` is True.
 
     Args:
         run: The result of `simulate` for a portfolio, with the recorder "drift"; or with the statistics DamageCounts
             over ("archetype", "motion") or ("archetype", "event"), with "stripe" added if the run has stripes.
         limits: Storey drift ratio limit [1] of each damage state, from the lightest to the heaviest, for each
-            archetype; all archetypes have the same damage states. None if the run has DamageCounts, which have limits.
-        events: Event of each motion, shape [motion], as names or whole numbers, if several motions belong to one event,
-            such as both components of a record: the worst of them counts. Or a coordinate of the run with the event of
-            each sample, such as `events=run["draw_index"]` after `wd.sites.label_samples`. None: every motion is one
-            event. Do not give it for DamageCounts, which have their own `events`.
+            archetype. All archetypes must have the same damage states. None: use the limits of DamageCounts.
+        events: Event of each motion, shape [motion], as names or whole numbers, if several motions belong to one event
+            (such as both components of a record); only the worst motion of an event counts. Or a coordinate of the run
+            with the event of each sample, such as `events=run["draw_index"]` after `wd.sites.label_samples`. None:
+            every motion is one event. Do not give it for DamageCounts, which have their own `events`.
         number: Number of buildings that each building of the portfolio represents [1], shape [building], such as
-            `stock.buildings(inventory)["number"]`. Shares, counted and failed buildings are weighted by it. For
-            DamageCounts, give `DamageCounts(number=...)` instead. None: 1.
+            `stock.buildings(inventory)["number"]`. Shares, counted and failed buildings are weighted by it. None: 1.
+            For DamageCounts, give `DamageCounts(number=...)` instead.
         added_storeys: Whether storeys of isolators or of a tuned mass damper count as storeys of the building. For
             DamageCounts, give `DamageCounts(added_storeys=...)` instead.
 
     Returns:
-        `damage_share(event, damage_state)`, `archetype_damage_share(archetype, event, damage_state)`,
-        `counted_buildings(archetype, event)` and `failed_buildings(archetype, event)`. A building failed if one of its
-        motions failed and no other motion of the event left it in the heaviest state; failed buildings are not counted.
-        Without `events`, the dimension is `motion` instead of `event`; a run on stripes adds the dimension `stripe`.
-        The share is NaN if no building is counted. The attributes are those of the run.
+        `damage_share(event, damage_state)` and `archetype_damage_share(archetype, event, damage_state)` [1];
+        `counted_buildings(archetype, event)` and `failed_buildings(archetype, event)`, numbers of buildings. A building
+        failed in an event if one of its motions failed, unless another motion of the event left it in the heaviest
+        state; failed buildings are not counted. Without `events`, the dimension is `motion` instead of `event`; a run
+        on stripes adds the dimension `stripe`. A share is NaN if no building is counted. The result has the
+        attributes of the run.
 
     Raises:
         ValueError, TypeError: If the run has no portfolio or no drifts; if limits are missing, not positive or do not
-            increase; if the number of events differs from that of the motions; or if more than 1 % of all buildings
+            increase; if the number of events is not the number of motions; or if more than 1 % of all buildings
             (summed over the events) failed. If more than 1 % of an archetype failed in one event, a warning names both.
 
     Example:
@@ -153,18 +154,19 @@ def damage_shares(
 
 @dataclass(frozen=True, eq=False)
 class _Counted:
-    """Buildings counted by archetype, event (or motion), stripe and damage state.
+    """Numbers of buildings by archetype, event (or motion), stripe and damage state.
 
     Args:
         names: Names of the archetypes.
-        states: The damage states, no damage first.
-        limits: Limits, shape [archetype, damage_state - 1].
-        counts: Buildings (of `number`, if given), shape [archetype, event, stripe, damage_state].
-        failures: Buildings that failed, shape [archetype, event, stripe].
+        states: Names of the damage states, "none" first.
+        limits: Drift ratio limits [1], shape [archetype, damage_state - 1].
+        counts: Numbers of buildings, weighted by `number` if it is given, shape [archetype, event, stripe,
+            damage_state].
+        failures: Numbers of buildings that failed, shape [archetype, event, stripe].
         failed_samples: Number of failed samples.
-        along: "event", or "motion" if motions count separately.
+        along: Name of the dimension: "event", or "motion" if motions count separately.
         event_names: Names of the events.
-        levels: Levels of the stripes [g]; None without stripes.
+        levels: Levels of the stripes [g]; None: no stripes.
     """
 
     names: np.ndarray
@@ -179,7 +181,7 @@ class _Counted:
 
 
 def _count(run: xr.Dataset, limits: Limits, events: Events, number: ArrayLike | None, added_storeys: bool) -> _Counted:
-    """Count the samples of a run; arguments as in `damage_shares`."""
+    """Count the samples of a run by archetype, event, stripe and damage state; arguments: see `damage_shares`."""
     if not run.sizes.get("sample", 0):
         raise ValueError("damage_shares: the run has no samples: give a run with at least one sample")
     names = archetypes_of("damage_shares", run, OF_ONE)
@@ -201,7 +203,7 @@ def _count(run: xr.Dataset, limits: Limits, events: Events, number: ArrayLike | 
         _, first, unit = np.unique(key, return_index=True, return_inverse=True)
         worst = np.zeros(first.size, dtype=np.int64)
         np.maximum.at(worst, unit, state)
-        # If a motion failed, the damage state is known only if another motion left the building in the heaviest state.
+        # If a motion failed, the damage of the event is known only if another motion caused the heaviest state.
         failed = unit[state == FAILED]
         worst[failed[worst[failed] < len(states) - 1]] = FAILED
         state, archetype, record, stripe = worst, archetype[first], record[first], stripe[first]
@@ -223,7 +225,7 @@ def _count(run: xr.Dataset, limits: Limits, events: Events, number: ArrayLike | 
 
 
 def _read(run: xr.Dataset, limits: Limits | None, events: Events) -> _Counted:
-    """Return the counts in the statistics of a run; arguments as in `damage_shares`."""
+    """Return the numbers of buildings from the DamageCounts of a run; arguments: see `damage_shares`."""
     if events is not None:
         raise ValueError(
             "these are counts of a run with DamageCounts: give events= to DamageCounts(...) in simulate(), not to "
@@ -242,7 +244,7 @@ def _read(run: xr.Dataset, limits: Limits | None, events: Events) -> _Counted:
                 "remove "
                 "limits="
             )
-    numbers = name.replace(DAMAGE_COUNT, BUILDING_NUMBER)  # absent if each building is one
+    numbers = name.replace(DAMAGE_COUNT, BUILDING_NUMBER)  # missing if each structure represents one building
     counts = run[numbers if numbers in run else name].transpose("archetype", along, *stripe, "damage_state").values
     failures = run[name.replace(DAMAGE_COUNT, "failed_count")].sum("failure")
     failures = run.get(f"failed_{numbers}", failures).transpose("archetype", along, *stripe)
@@ -254,7 +256,12 @@ def _read(run: xr.Dataset, limits: Limits | None, events: Events) -> _Counted:
 
 
 def _checked_number(number: ArrayLike, building: np.ndarray) -> np.ndarray:
-    """Return the number of buildings that each sample represents, from the number of each building of the portfolio."""
+    """Return the number of buildings that each sample represents, shape [sample], after a check.
+
+    Args:
+        number: Number of buildings that each building of the portfolio represents, shape [building].
+        building: Number of the building of each sample, shape [sample].
+    """
     values = finite_numbers("damage_shares: number", number)
     if values.ndim != 1 or values.size <= building.max() or np.any(values <= 0):
         raise ValueError(
@@ -266,7 +273,14 @@ def _checked_number(number: ArrayLike, building: np.ndarray) -> np.ndarray:
 
 
 def _check_failures(failures: np.ndarray, counted: np.ndarray, names: np.ndarray, events: np.ndarray | None) -> None:
-    """Raise an error if too many buildings failed; warn if many buildings of an archetype failed in an event."""
+    """Raise an error if too many buildings failed in total; warn if many buildings of an archetype failed in an event.
+
+    Args:
+        failures: Numbers of failed buildings, shape [archetype, event, stripe].
+        counted: Numbers of counted buildings, of the same shape.
+        names: Names of the archetypes.
+        events: Names of the events; None: the dimension is `motion`.
+    """
     allowed, total = f"{100 * LARGEST_EXCLUDED_FRACTION:g} %", failures + counted
     if failures.sum() > LARGEST_EXCLUDED_FRACTION * total.sum():
         once = "" if events is None else ", each counted once per event,"
@@ -292,7 +306,7 @@ def _check_failures(failures: np.ndarray, counted: np.ndarray, names: np.ndarray
 
 
 def _events_of(run: xr.Dataset, events: Events) -> tuple[np.ndarray, np.ndarray]:
-    """Return the index of the event of each sample, and the names of the events in the order of their first use."""
+    """Return the index of each sample's event, shape [sample], and the names of the events, shape [event]."""
     if "motion_index" not in run.variables:
         raise ValueError("the dataset has no 'motion_index': give the result of simulate() for a portfolio")
     record, motions = run["motion_index"].values, run.sizes["motion"]
@@ -310,7 +324,13 @@ def _events_of(run: xr.Dataset, events: Events) -> tuple[np.ndarray, np.ndarray]
 
 
 def _states_of_samples(run: xr.Dataset, table: np.ndarray, added_storeys: bool) -> np.ndarray:
-    """Return the damage state of every sample: 0 for no damage, FAILED if its analysis has no valid result."""
+    """Return the damage state of every sample, shape [sample]: 0 without damage, FAILED without a valid result.
+
+    Args:
+        run: The run of a portfolio.
+        table: Drift ratio limits [1], shape [archetype, damage_state - 1].
+        added_storeys: Whether storeys of isolators or of a tuned mass damper count.
+    """
     if "peak_storey_drift_ratio" not in run:
         raise ValueError("the run has no 'peak_storey_drift_ratio': add 'drift' to Scene(recorders=...)")
     status, archetype = decoded_status(run["status"]), run["archetype_index"].values

@@ -1,4 +1,4 @@
-"""Damage states reached by the samples of a run."""
+"""Damage states that the samples of a run have reached, from their demands."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from warpdyn.foundations.core.output_variables import COLLAPSED, OK
 
 @dataclass(frozen=True, eq=False)
 class Damage:
-    """The damage states of samples.
+    """The damage states that samples have reached.
 
     Args:
-        passed: Number of damage states that each sample has reached, shape [column, sample]. A sample has reached a
-            state if its demand exceeds a limit of this state or of a heavier state. The last column is the worst of all
+        passed: Number of damage states that each sample has reached, shape [place + 1, sample]. A sample has reached a
+            state if its demand exceeds the limit of this state or of a heavier state. The last row is the worst of all
             places.
-        dim: Dimension of the places, such as "storey"; "" if only the worst is known.
-        places: Their labels, shape [column - 1].
+        dim: Name of the dimension of the places, such as "storey"; "" if only the worst place is known.
+        places: Labels of the places, shape [place].
     """
 
     passed: np.ndarray
@@ -30,7 +30,7 @@ class Damage:
 
 
 def refuse_portfolio(function: str, dataset: xr.Dataset, others: str = "") -> None:
-    """Raise a ValueError for a run of several archetypes; `others` describes functions that accept such a run."""
+    """Raise a ValueError for the run of a portfolio; `others` is a text that names functions that accept such a run."""
     if "archetype_index" in dataset and "archetype" in dataset:
         raise ValueError(
             f"this is a run of a portfolio with several archetypes, but {function}() needs a run of one archetype: "
@@ -41,11 +41,16 @@ def refuse_portfolio(function: str, dataset: xr.Dataset, others: str = "") -> No
 
 
 def damage_of(dataset: xr.Dataset, limits: DamageLimits, status: np.ndarray) -> Damage:
-    """Return the damage states that the samples of a run have reached; collapsed samples have reached all.
+    """Return the damage states that the samples of a run have reached; a collapsed sample has reached all states.
+
+    Args:
+        dataset: The run.
+        limits: Limits of the damage states.
+        status: Outcome of each sample, an index into STATUS_MEANINGS, shape [sample].
 
     Raises:
-        ValueError: If a demand is not in the run or has several dimensions besides `sample`, or if it is negative or
-            not finite in a sample that is ok.
+        ValueError: If a demand is missing or has several dimensions in addition to `sample`, or if it is negative or
+            not finite for a sample that is ok.
     """
     refuse_portfolio("fragility", dataset, ", or use damage_shares(run, limits), with limits of each archetype")
     single, dim, places = limits.single, "", np.arange(0)
@@ -66,7 +71,7 @@ def damage_of(dataset: xr.Dataset, limits: DamageLimits, status: np.ndarray) -> 
 
 
 def _reached(demand: np.ndarray, limits: np.ndarray) -> np.ndarray:
-    """Return the number of the heaviest state whose limit each value exceeds, shape [sample]."""
+    """Return, for each demand of shape [sample], the number (from 1) of the heaviest state whose limit it exceeds."""
     reached = np.zeros(demand.shape, dtype=np.uint8)
     for number, limit in enumerate(limits, start=1):
         if np.isfinite(limit):
@@ -79,7 +84,13 @@ def _reached(demand: np.ndarray, limits: np.ndarray) -> np.ndarray:
 
 
 def checked_demand(dataset: xr.Dataset, name: str, status: np.ndarray) -> np.ndarray:
-    """Return the absolute values of a demand, shape [place, sample]."""
+    """Return the values of a demand that are compared with limits, shape [place, sample], after a check.
+
+    Args:
+        dataset: The run.
+        name: Name of the demand.
+        status: Outcome of each sample, an index into STATUS_MEANINGS, shape [sample].
+    """
     if name not in dataset:
         known = [str(each) for each, values in dataset.data_vars.items() if str(each).startswith(("peak_", "residual"))]
         advice = "add its recorder to Scene(recorders=...)" + (f"; the run has {', '.join(known)}" if known else "")
@@ -103,7 +114,7 @@ def checked_demand(dataset: xr.Dataset, name: str, status: np.ndarray) -> np.nda
         raise ValueError(f"the dataset is empty, its sizes are {dict(dataset.sizes)}: check how you selected samples")
     values = variable.transpose("sample", ...).values
     values = magnitudes(name, np.ascontiguousarray(values.reshape(len(values), -1).T))
-    # Values of failed and collapsed samples are not used.
+    # Values of failed and collapsed samples are not used, so they are not checked.
     is_good = np.ones(status.size, dtype=bool)
     for row in values:
         is_good &= (row >= 0) & (row < np.inf)

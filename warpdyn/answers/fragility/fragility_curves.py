@@ -60,8 +60,8 @@ def fragility(
 
     A sample exceeds a damage state if its demand exceeds the state's limit at the worst place, i.e. the storey or floor
     with the largest demand. Storeys of isolators or of a tuned mass damper, and the floors above them, do not count
-    unless `added_storeys` is set. A collapsed sample exceeds every state, even if only the isolators failed. The curves
-    maximise the binomial likelihood (Baker 2015, Earthquake Spectra 31(1)).
+    unless `added_storeys` is True. A collapsed sample exceeds every state, even if only the isolators failed. The
+    curves maximise the binomial likelihood (Baker 2015, Earthquake Spectra 31(1)).
 
     Intervals include the variability among records and among structures, by a jackknife over both with Student's t; if
     each structure runs under only one record, by a jackknife over records. `median_variance` and `dispersion_variance`
@@ -71,28 +71,29 @@ def fragility(
     the run. `run.merge(result, combine_attrs="no_conflicts")` combines run and result in one dataset.
 
     Args:
-        dataset: A run on stripes, as `simulate` returned it. It contains a demand with the dimension (sample), or
-            (sample, storey) or the like, the flag variable `status(sample)`, and for each sample the coordinates
-            `motion_index`, `im_level` and `structure` (or `building`). Or a run with the statistics DamageCounts over
-            ("motion", "stripe", "structure_group"), from which the curves are the same.
+        dataset: A run on stripes, as `simulate` returned it. It contains a demand with the dimension (sample), or with
+            one more dimension such as (sample, storey), the flag variable `status(sample)`, and for each sample the
+            coordinates `motion_index`, `im_level` and `structure` (or `building`). Or a run with the statistics
+            DamageCounts over ("motion", "stripe", "structure_group"), from which the curves are the same.
         limits: Limit of each damage state, from the lightest to the heaviest, in the units of the demand, such as
             `{"slight": 0.005, "complete": 0.05}`; or limits of several demands, if exceeding any of them counts:
             `{"slight": {"peak_storey_drift_ratio": 0.005, "peak_floor_acceleration": 3.0}}`. A sample that exceeds a
             state exceeds all lighter ones; only collapse exceeds `math.inf`. A warning names drift limits that seem to
-            be in percent or mm. None for a run with DamageCounts, which have limits.
-        demand: Variable of the run to compare with the limits, if these do not name demands; a signed variable, such as
-            the residual drift ratio, is compared by its absolute value.
+            be in percent or mm. None: use the limits of DamageCounts.
+        demand: Name of the demand to which limits that are plain numbers apply. If it has a sign, such as the residual
+            drift ratio, its absolute value is compared.
         estimator: "lognormal", "logit" (loglogistic curves) or "ordinal" (lognormal curves with one common dispersion,
-            which cannot cross). If stripes are separated, the first two penalise the likelihood (Firth 1993), and a
-            warning reports this. The median then lies between the highest level at which the fraction is surely below
-            0.5 and the lowest level at which it is surely above (its interval); the dispersion, which separated stripes
-            do not determine, has no interval.
+            which cannot cross). If stripes are separated (no level at which some samples exceed the state and some do
+            not, or only one), the first two penalise the likelihood (Firth 1993), and a warning reports this. The
+            interval of the median then consists of two levels: the highest level at which the fraction is surely below
+            0.5, and the lowest level at which it is surely above 0.5. The dispersion has no interval, because separated
+            stripes do not determine it.
         intervals_over: "records and structures", or "records" for intervals of the given structures.
         added_storeys: Whether storeys of isolators or of a tuned mass damper count as storeys of the building.
-        replicates: Number of draws from the joint sampling distribution of all medians and dispersions. Rates and
-            losses compute their intervals from these draws.
-        confidence: Probability that the intervals cover [1].
-        seed: Seed of these draws.
+        replicates: Number of draws from the joint sampling distribution of all medians and dispersions. The functions
+            for rates and losses compute their intervals from these draws.
+        confidence: Probability that the intervals cover the true value [1].
+        seed: Seed of the draws.
 
     Returns:
         Fractions by stripe, medians [g, or the unit of the levels], dispersions [1] and curves, each with its interval,
@@ -191,7 +192,15 @@ def fragility(
 def _warn(
     limits: DamageLimits, counts: StripeCounts, outcome: np.ndarray, has_interval: np.ndarray, remarks: list[str]
 ) -> None:
-    """Warn of limits above the drift ratio of collapse, of curves without fit or interval, and add further remarks."""
+    """Warn of limits above the collapse drift ratio and of curves without fit or interval; add the texts `remarks`.
+
+    Args:
+        limits: Limits of the damage states.
+        counts: Numbers of samples.
+        outcome: Outcome of each fit, an index into FIT_MEANINGS, shape [place + 1, damage_state].
+        has_interval: Whether each fit has an interval, of the same shape.
+        remarks: Further sentences of the warning.
+    """
     found, states = [*remarks], limits.states
     if np.isfinite(counts.least_drift):
         drifts = zip(states, limits.values[limits.demands.index(DRIFT)], strict=True)

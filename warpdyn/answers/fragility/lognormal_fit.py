@@ -21,9 +21,9 @@ def probability(intensity: ArrayLike, median: ArrayLike, dispersion: ArrayLike) 
     """Return the probability of exceedance by a lognormal fragility curve; it is 0 at intensity 0.
 
     Args:
-        intensity: Intensity measure, in the unit of the median; 0 or above.
-        median: Intensity at which the probability of exceedance is 0.5.
-        dispersion: Standard deviation of ln(capacity) [1].
+        intensity: Intensity measure, in the unit of the median; 0 or above; of any shape.
+        median: Intensity at which the probability of exceedance is 0.5, of a shape that broadcasts with `intensity`.
+        dispersion: Standard deviation of ln(capacity) [1], of a shape that broadcasts with `intensity`.
     """
     with np.errstate(divide="ignore"):
         return ndtr((np.log(intensity) - np.log(median)) / dispersion)
@@ -39,18 +39,18 @@ def fit_stripes(
 
     Median and dispersion are NaN if the likelihood has no maximum at a finite median and positive dispersion:
 
-    - no sample exceeds the state, or every sample does;
-    - the stripes are separated: at most one stripe has both exceeding and other samples, and all samples exceed above
-      it and none below (the likelihood increases as the dispersion goes to 0);
+    - no sample exceeds the state, or every sample exceeds it;
+    - the stripes are separated: at most one stripe has both exceeding and other samples; above it all samples exceed
+      the state, and below it no sample does (the likelihood increases as the dispersion goes to 0);
     - the counts do not increase with the level: the best slope is zero, negative, or so small that the median is beyond
       the range of floating-point numbers.
 
     Args:
         levels: Intensity of each stripe, shape [im_level].
-        exceeding: Number of exceedances, shape [..., im_level].
-        total: Number of trials, of a shape that broadcasts with `exceeding`; stripes with 0 trials have no effect.
-        start: Median and dispersion at which the search starts, of a shape that broadcasts to [...]; where it is NaN or
-            None, the search starts from a curve of slope 0. The likelihood has one maximum; a close start saves
+        exceeding: Number of samples that exceed the state, shape [..., im_level].
+        total: Number of samples, of a shape that broadcasts with `exceeding`; stripes with 0 samples have no effect.
+        start: Median and dispersion at which the search starts, of a shape that broadcasts to [...]. If they are NaN or
+            None, the search starts from a curve of slope 0. The likelihood has only one maximum; a close start saves
             iterations.
 
     Returns:
@@ -77,7 +77,7 @@ def fit_stripes(
     exceeding = exceeding.reshape(-1, levels.size)
     passing = total.reshape(-1, levels.size) - exceeding
 
-    # Centre and scale the logarithms, so that both parameters have similar sizes and little correlation.
+    # Centre and scale the logarithms, so that both parameters have similar sizes and a low correlation.
     logarithm = np.log(levels)
     centre, scale = logarithm.mean(), logarithm.std()
     position = (logarithm - centre) / scale
@@ -95,7 +95,7 @@ def fit_stripes(
         if start is not None and lost.size:
             parameters[lost] = _maximise(position, exceeding[lost], passing[lost], parameters[lost])
     parameters[outcome != FITTED] = np.nan
-    # A slope just above zero can give a median beyond the floating-point range.
+    # If the slope is just above zero, the median may be beyond the range of floating-point numbers.
     with np.errstate(all="ignore"):
         median = np.exp(centre - scale * parameters[:, 0] / parameters[:, 1])
         dispersion = scale / parameters[:, 1]
@@ -106,15 +106,16 @@ def fit_stripes(
 
 
 def check_confidence(confidence: float) -> None:
-    """Raise a ValueError unless the confidence is above 0 and below 1."""
+    """Raise a ValueError unless the confidence is a number above 0 and below 1."""
     if not isinstance(confidence, Real) or not 0.0 < confidence < 1.0:
         raise ValueError(f"confidence must be a number between 0 and 1, such as 0.95, got {confidence!r}")
 
 
 def levels_to_add(levels: np.ndarray, exceeding: np.ndarray, total: np.ndarray, units: str = "g") -> str:
-    """Return advice on levels at which only some samples exceed the state, for stripes without a lognormal fit.
+    """Return advice on levels to add for a damage state whose stripes have no lognormal fit, as text for a message.
 
-    It is "" if exceedances do not increase with the level, because then more levels do not help.
+    At the recommended levels some samples exceed the state and some do not. The text is empty if exceedances do not
+    increase with the level, because then more levels do not help.
 
     Args:
         levels: Intensity of each stripe [units], increasing, shape [stripe].
@@ -133,7 +134,7 @@ def levels_to_add(levels: np.ndarray, exceeding: np.ndarray, total: np.ndarray, 
         return f"add levels between {highest_passing:g} and {lowest_exceeding:g} {units}, where some samples exceed it"
     if highest_passing > lowest_exceeding:
         return ""
-    # At only one level some samples exceed and some do not: another level next to it gives a slope.
+    # At only one level some samples exceed the state and some do not: another level near it determines a slope.
     at = f"{highest_passing:g}"
     below, above = levels[levels < highest_passing], levels[levels > highest_passing]
     near = [f"between {below[-1]:g} and {at} {units}"] if below.size else [f"below {at} {units}"]
@@ -161,10 +162,16 @@ def _checked_counts(exceeding: ArrayLike, total: ArrayLike) -> tuple[np.ndarray,
 
 
 def _classify(position: np.ndarray, exceeding: np.ndarray, passing: np.ndarray) -> np.ndarray:
-    """Return the outcome of each row before the fit: whether the likelihood has a finite maximum at a positive slope.
+    """Return, for each row of counts, an index into FIT_MEANINGS: FITTED if the likelihood has a finite maximum.
 
-    A finite maximum exists if and only if the levels of exceeding and passing trials overlap (Albert and Anderson 1984,
-    Biometrika 71). The likelihood is concave, so the best slope is positive if the derivative at slope 0 is positive.
+    A finite maximum exists if and only if the levels of exceeding and passing samples overlap (Albert and Anderson
+    1984, Biometrika 71). The likelihood is concave, so the best slope is positive if the derivative at slope 0 is
+    positive.
+
+    Args:
+        position: Centred and scaled logarithm of each level, shape [im_level].
+        exceeding: Number of samples that exceed the state, shape [row, im_level].
+        passing: Number of samples that do not exceed it, shape [row, im_level].
     """
     lowest_exceeding = np.where(exceeding > 0, position, np.inf).min(axis=1)
     highest_exceeding = np.where(exceeding > 0, position, -np.inf).max(axis=1)
@@ -186,9 +193,9 @@ def _classify(position: np.ndarray, exceeding: np.ndarray, passing: np.ndarray) 
 
 
 def _maximise(position: np.ndarray, exceeding: np.ndarray, passing: np.ndarray, start: np.ndarray) -> np.ndarray:
-    """Return intercept and slope of the probit at the maximum of each row, shape [row, 2]; NaN without convergence.
+    """Return intercept and slope of the probit at the maximum likelihood, shape [row, 2]; NaN without convergence.
 
-    The search starts from `start`, or from slope 0 if `start` is not finite.
+    The search starts from `start`, or from slope 0 if `start` is not finite. Other arguments: see `_classify`.
     """
     trials = (exceeding + passing).sum(axis=1)
     flat = np.stack([ndtri(exceeding.sum(axis=1) / trials), np.zeros(len(exceeding))], axis=1)

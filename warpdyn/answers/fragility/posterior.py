@@ -1,4 +1,4 @@
-"""Posterior samples of fragility curves by the Metropolis sampler of pyFragility."""
+"""Posterior samples of fragility curves, drawn by the Metropolis sampler of pyFragility."""
 
 from __future__ import annotations
 
@@ -36,9 +36,9 @@ from warpdyn.foundations.core.output_variables import (
 )
 from warpdyn.foundations.core.units import unit_attributes
 
-PRIORS = {"median": "theta", "dispersion": "beta"}  # with the names in pyFragility
-_BURN_IN = 2000  # draws for the adaptation of the sampler
-_UNBOUNDED = 20.0  # a draw with this dispersion shows that the sampler moves away without end
+PRIORS = {"median": "theta", "dispersion": "beta"}  # names of the parameters, with their names in pyFragility
+_BURN_IN = 2000  # number of discarded draws during which the sampler adapts
+_UNBOUNDED = 20.0  # a draw with this dispersion indicates an improper posterior: the sampler moves away without end
 
 
 @suggests_names
@@ -56,15 +56,15 @@ def fragility_posterior(
     """Draw lognormal fragility curves from their posterior distribution for a run on stripes.
 
     Samples of one record are correlated. Therefore the log-likelihood of each damage state is divided by a design
-    effect: the mean ratio of the cluster-robust variances of ln(median) and ln(dispersion) to their variances for
-    independent samples. The width of the posterior then includes the variance among records (calibrated composite
-    likelihood: Pauli, Racugno and Ventura 2011, Statistica Sinica 21). The sampler is pyFragility's adaptive
+    effect: the ratio of the cluster-robust variance to the variance for independent samples, as the mean of the ratios
+    for ln(median) and ln(dispersion). The width of the posterior then includes the variance among records (calibrated
+    composite likelihood: Pauli, Racugno and Ventura 2011, Statistica Sinica 21). The sampler is pyFragility's adaptive
     random-walk Metropolis.
 
     Args:
-        dataset: A run on stripes, as in `fragility`.
-        limits: Limit of each damage state, from the lightest to the heaviest, as in `fragility`.
-        demand: Variable of the run to compare with the limits, if these do not name demands.
+        dataset: A run on stripes, as for `fragility`.
+        limits: Limit of each damage state, from the lightest to the heaviest, in the form described in `fragility`.
+        demand: Name of the demand to which limits that are plain numbers apply.
         priors: Prior distributions of "median" [g, or the unit of the levels] and "dispersion" [1] of every damage
             state, as frozen distributions of scipy.stats; flat priors by default.
         added_storeys: Whether storeys of isolators or of a tuned mass damper count, as in `fragility`.
@@ -74,9 +74,10 @@ def fragility_posterior(
 
     Returns:
         `fragility_median` and `fragility_dispersion`, the medians of the draws, with their credible intervals;
-        `replicate_median` and `replicate_dispersion`, the draws; `design_effect` and `effective_draws`, the equivalent
-        number of independent draws. A damage state without a maximum-likelihood fit, at which the sampler starts, has
-        no posterior, nor has a state whose posterior is improper, as is common with flat priors and few records.
+        `replicate_median` and `replicate_dispersion`, the draws; `design_effect` [1]; and `effective_draws`, the
+        equivalent number of independent draws. The values are NaN for a damage state without a maximum-likelihood fit,
+        at which the sampler starts. They are also NaN for a state whose posterior is improper, which is common with
+        flat priors and few records.
 
     Raises:
         ImportError: If pyFragility is not installed.
@@ -186,7 +187,7 @@ def _labelled(
     seed: int,
     dataset: xr.Dataset,
 ) -> xr.Dataset:
-    """Return the dataset of the draws, shape [2, draw, damage_state]."""
+    """Return the dataset of the posterior draws; `found` contains medians and dispersions, [2, draw, damage_state]."""
     of_measure = unit_attributes(counts.units)
     state, of_draws = "damage_state", ("replicate", "damage_state")
     start, position = "outcome of the fit at which the sampler starts", "position of the median among the levels"

@@ -1,4 +1,4 @@
-"""Readers of damage counts in the statistics of a run, which contain no single samples."""
+"""Readers of damage counts from the statistics of a run, i.e. from a run that does not contain single samples."""
 
 from __future__ import annotations
 
@@ -16,12 +16,18 @@ _STATE, _FAILURE = "damage_state", "failure"
 
 
 def is_reduced(dataset: xr.Dataset) -> bool:
-    """Return whether a dataset has damage counts and no samples."""
+    """Return whether a dataset contains damage counts of a run instead of samples."""
     return "sample" not in dataset.dims and any(str(name).startswith(DAMAGE_COUNT) for name in dataset.data_vars)
 
 
 def counts_over(function: str, dataset: xr.Dataset, *choices: tuple[str, ...]) -> str:
-    """Return the name of damage counts over one of the given tuples of dimensions, or raise a ValueError."""
+    """Return the name of the damage counts whose dimensions are one of `choices`, or raise a ValueError.
+
+    Args:
+        function: Name of the public function, for messages.
+        dataset: The statistics of a run.
+        choices: Tuples of dimensions, in the order of preference, without "damage_state".
+    """
     for dims in choices:
         for name, variable in dataset.data_vars.items():
             if str(name).startswith(DAMAGE_COUNT) and set(variable.dims) == {*dims, _STATE}:
@@ -40,9 +46,10 @@ def counts_over(function: str, dataset: xr.Dataset, *choices: tuple[str, ...]) -
 
 
 def part_of_scene(dataset: xr.Dataset, name: str, holds: str) -> dict[str, Any] | None:
-    """Return a part ("structure" or "excitation") of a run's scene; None unless `holds` is in its first 200 characters.
+    """Return a part of a run's scene, "structure" or "excitation", parsed from the JSON in the attribute `scene`.
 
-    Only this part of the JSON text is parsed, because another part may list a million buildings.
+    Only this part of the text is parsed, because another part may list a million buildings. The result is None unless
+    the first 200 characters of the part contain the text `holds`.
     """
     text, key = str(dataset.attrs.get("scene", "")), f'"{name}":'
     begin = text.find(key) + len(key)
@@ -59,15 +66,15 @@ def archetype_counts(dataset: xr.Dataset) -> dict[str, int] | None:
 
 
 def limits_of(dataset: xr.Dataset, limits: Mapping[str, Limit] | None, demand: str) -> DamageLimits:
-    """Return checked limits; if the run has counts, `limits` must be None or the limits of the counts.
+    """Return checked limits of the damage states; if the dataset contains counts, the limits of the counts.
 
     Args:
-        dataset: A run, or its counts.
-        limits: The user's limits; None for the limits of the counts.
-        demand: Variable to compare with limits that name no demand.
+        dataset: A run, or the damage counts of a run.
+        limits: Limits from the user; for counts they must be None or equal to the limits of the counts.
+        demand: Name of the demand to which limits that are plain numbers apply.
 
     Raises:
-        ValueError, TypeError: If limits are invalid, or differ from those of the counts.
+        ValueError, TypeError: If limits are invalid, or differ from the limits of the counts.
     """
     if not is_reduced(dataset):
         return DamageLimits.of(limits, demand)  # type: ignore[arg-type]  # None raises a TypeError
@@ -88,7 +95,7 @@ def limits_of(dataset: xr.Dataset, limits: Mapping[str, Limit] | None, demand: s
 
 
 def labels_of_run(dataset: xr.Dataset) -> xr.Dataset:
-    """Return variables without values, with the attributes of the run's demands, levels and places."""
+    """Return a dataset without values whose attributes describe the demands, levels and places of a run's counts."""
     counts = dataset[counts_over("fragility", dataset, OF_STRIPES)]
     demands, units = (str(counts.attrs[name]).split(", ") for name in ("demand", "demand_units"))
     empty: dict[str, Any] = {name: ((), np.nan, {"units": each}) for name, each in zip(demands, units, strict=True)}
@@ -98,9 +105,9 @@ def labels_of_run(dataset: xr.Dataset) -> xr.Dataset:
 
 
 def stripe_counts_of(dataset: xr.Dataset, limits: DamageLimits) -> dict[str, Any]:
-    """Return the fields of `StripeCounts`, with failed samples by status instead of the field `excluded`.
+    """Return the fields of `StripeCounts` from damage counts, with "failed" and "failures" instead of "excluded".
 
-    `exceeding` and `valid` still contain records and levels without samples, which `_counted` removes.
+    The arrays `exceeding` and `valid` still contain records and levels without samples, which `_counted` removes.
     """
     name = counts_over("fragility", dataset, OF_STRIPES)
     table = dataset[name].transpose(*OF_STRIPES, _STATE).values
@@ -119,7 +126,7 @@ def stripe_counts_of(dataset: xr.Dataset, limits: DamageLimits) -> dict[str, Any
         "units": str(dataset["stripe"].attrs.get("units", "g")),
         "dim": dim,
         "places": places,
-        # A sample that has reached a state has also reached all lighter states.
+        # A sample that has reached a state has also reached all lighter states, so the counts are summed.
         "exceeding": tables[:, :groups, ..., ::-1].cumsum(axis=-1)[..., ::-1][..., 1:],
         "valid": table.sum(axis=-1)[:, :groups],
         "failed": failed.values[:, :groups],

@@ -1,4 +1,4 @@
-"""Counts of the samples of a run on stripes by record, group of structures, stripe, place and damage state."""
+"""Counts of the samples of a run on stripes, by record, group of structures, stripe, place and damage state."""
 
 from __future__ import annotations
 
@@ -20,7 +20,8 @@ from warpdyn.foundations.core.checks import check_memory
 from warpdyn.foundations.core.output_variables import COLLAPSED, DIVERGED, LARGEST_EXCLUDED_FRACTION, STATUS_MEANINGS
 
 MOST_LEVELS = 4096  # largest number of levels if each observation has its own level
-# Largest table of counts in memory. Measured: 2.8 kB per pair of record and level for 5 storeys and 3 damage states.
+# Memory that the fit needs, in multiples of the table of counts; measured: 2.8 kB per pair of a record and a level for
+# 5 storeys and 3 damage states.
 TABLES = 20
 _NEEDS_STRIPES = (
     "curves are fitted to stripes, or to single observations at up to "
@@ -30,17 +31,19 @@ _NEEDS_STRIPES = (
 
 @dataclass(frozen=True, eq=False)
 class StripeCounts:
-    """Numbers of samples by record, group of structures and stripe.
+    """Numbers of samples that exceed damage states, by record, group of structures and stripe.
+
+    Groups of structures are left out one at a time by the jackknife that computes intervals.
 
     Args:
         levels: Intensity of each stripe, shape [im_level], increasing.
         units: Units of the levels.
-        dim: Dimension of the places of a demand, such as "storey"; "" if only the worst place is known.
+        dim: Name of the dimension of the places of a demand, such as "storey"; "" if only the worst place is known.
         places: Labels of the places, shape [place].
-        exceeding: Number of exceeding samples, shape [record, group, im_level, place + 1, damage_state]; the worst
-            place is last.
+        exceeding: Number of exceeding samples, shape [record, group, im_level, place + 1, damage_state]; the last place
+            is the worst of all.
         valid: Number of samples that did not fail, shape [record, group, im_level].
-        excluded: Number of excluded samples, by status.
+        excluded: Number of failed samples, by status.
         records: Labels of the records, shape [record].
         is_crossed: Whether the same structures run under every record; if not, each structure runs under one record.
         least_drift: Smallest drift ratio at which a sample collapsed [1]; infinite without collapses or drift limits.
@@ -59,27 +62,27 @@ class StripeCounts:
 
     @cached_property
     def of_records(self) -> np.ndarray:
-        """Number of exceeding samples by record, shape [record, im_level, place and worst place, damage_state]."""
+        """Number of exceeding samples by record, shape [record, im_level, place + 1, damage_state]."""
         return self.exceeding.sum(axis=1)
 
     @cached_property
     def of_groups(self) -> np.ndarray:
-        """Number of exceeding samples by group, shape [group, im_level, place and worst place, damage_state]."""
+        """Number of exceeding samples by group of structures, shape [group, im_level, place + 1, damage_state]."""
         return self.exceeding.sum(axis=0)
 
     @cached_property
     def total(self) -> np.ndarray:
-        """Number of exceeding samples, shape [place + 1, damage_state, im_level]."""
+        """Number of exceeding samples of all records and groups, shape [place + 1, damage_state, im_level]."""
         return np.moveaxis(self.of_records.sum(axis=0), 0, -1)
 
     @cached_property
     def strata(self) -> np.ndarray:
-        """Stratum of each record, shape [record]; see `strata_of_records`."""
+        """Number of each record's stratum, shape [record]; see `strata_of_records`."""
         return strata_of_records(self.valid.sum(axis=1) > 0)
 
     @cached_property
     def trials(self) -> np.ndarray:
-        """Number of samples that did not fail, shape [im_level]."""
+        """Number of samples of all records and groups that did not fail, shape [im_level]."""
         return self.valid.sum(axis=(0, 1))
 
 
@@ -87,8 +90,8 @@ def count_stripes(dataset: xr.Dataset, limits: DamageLimits) -> StripeCounts:
     """Count the samples of each record and stripe that exceed each limit, at each place and at the worst place.
 
     Args:
-        dataset: A run on stripes, as in `fragility`, or its counts.
-        limits: Limits of the damage states; for counts, the limits of the counts.
+        dataset: A run on stripes, as for `fragility`, or its damage counts.
+        limits: Limits of the damage states; for damage counts, the limits with which they were counted.
 
     Raises:
         ValueError: If the dataset is not a run on stripes, or more than 1 % of its samples failed.
@@ -118,7 +121,7 @@ def count_stripes(dataset: xr.Dataset, limits: DamageLimits) -> StripeCounts:
     is_crossed, groups, group = structure_groups(structure, record_index, records.size, sampling)
     if not kept.all():
         passed, group = passed[:, kept], group[kept]
-        # Records whose samples are all excluded are left out.
+        # Records whose samples all failed are omitted.
         (records, record_index), (levels, stripe) = _indexed(record[kept]), _indexed(level[kept])
         if records.size == 1:
             is_crossed, groups, group = False, 1, np.zeros_like(group)
@@ -155,7 +158,7 @@ def count_stripes(dataset: xr.Dataset, limits: DamageLimits) -> StripeCounts:
 
 
 def _counted(parts: dict[str, Any]) -> StripeCounts:
-    """Return the counts of `count_stripes` from the statistics of a run."""
+    """Return the counts of samples, as from `count_stripes`, from the fields of `stripe_counts_of`."""
     failed, valid, records, levels = (parts.pop(name) for name in ("failed", "valid", "records", "levels"))
     exceeding, failures, is_crossed = parts.pop("exceeding"), parts.pop("failures"), parts.pop("is_crossed")
     if levels.size < 2:
@@ -171,7 +174,7 @@ def _counted(parts: dict[str, Any]) -> StripeCounts:
         of_record = np.repeat(records, failed.sum(axis=(1, 2, 3)))
         of_level = np.repeat(levels, failed.sum(axis=(0, 1, 3)))
         raise ValueError(_refusal(excluded, of_record, of_level, samples, parts["units"]))
-    # Records whose samples are all excluded are left out.
+    # Records whose samples all failed are omitted.
     record, stripe = valid.any(axis=(1, 2)), valid.any(axis=(0, 1))
     valid, exceeding = valid[record][:, :, stripe], exceeding[record][:, :, stripe]
     if len(valid) == 1 and is_crossed:
@@ -180,7 +183,7 @@ def _counted(parts: dict[str, Any]) -> StripeCounts:
     return StripeCounts(
         levels=levels[stripe],
         records=records[record],
-        # Sort, because the last bits of later sums depend on the order in memory.
+        # A fixed order in memory, because the last bits of later sums depend on it.
         exceeding=np.ascontiguousarray(exceeding),
         valid=np.ascontiguousarray(valid),
         excluded=excluded,
@@ -192,7 +195,17 @@ def _counted(parts: dict[str, Any]) -> StripeCounts:
 def structure_groups(
     structure: np.ndarray, record: np.ndarray, records: int, sampling: str
 ) -> tuple[bool, int, np.ndarray]:
-    """Return whether structures are crossed with records, the number of groups, and the group of each sample."""
+    """Assign structures to groups, which a jackknife leaves out one at a time.
+
+    Args:
+        structure: Index of the structure of each sample, shape [sample].
+        record: Index of the record of each sample, shape [sample].
+        records: Number of records.
+        sampling: Sampling method of the structures.
+
+    Returns:
+        Whether structures run under several records (crossed design); number of groups; group of each sample.
+    """
     distinct, index = _indexed(structure)
     if records == 1:
         return False, 1, np.zeros(structure.size, dtype=np.int64)
@@ -205,14 +218,14 @@ def structure_groups(
 
 
 def structure_label(dataset: xr.Dataset) -> xr.DataArray | None:
-    """Return the index of the structure (or of the building of a portfolio) of each sample; None if unknown."""
+    """Return the number of each sample's structure (or building of a portfolio) as a coordinate; None if unknown."""
     return next((dataset[name] for name in ("structure", "building") if name in dataset.coords), None)
 
 
 def _least_drift(dataset: xr.Dataset, limits: DamageLimits, status: np.ndarray) -> float:
-    """Return the smallest drift ratio at which a storey of the run collapsed; infinite without collapses."""
+    """Return the smallest drift ratio [1] at which a storey of the building collapsed; infinite without collapses."""
     collapsed = status == COLLAPSED
-    if "storey_of_collapse" in dataset and "storey" in dataset.coords:  # without isolators, which were removed
+    if "storey_of_collapse" in dataset and "storey" in dataset.coords:  # exclude isolators, whose storeys were removed
         collapsed &= np.isin(dataset["storey_of_collapse"].values, dataset["storey"].values)
     if DRIFT not in limits.demands or not collapsed.any():
         return np.inf
@@ -221,7 +234,7 @@ def _least_drift(dataset: xr.Dataset, limits: DamageLimits, status: np.ndarray) 
 
 
 def _refusal(excluded: dict[str, int], record: np.ndarray, level: np.ndarray, samples: int, units: str) -> str:
-    """Return an error message with the number of excluded samples and their most frequent motions and levels."""
+    """Return an error message with the number of failed samples, and their most frequent motions and levels."""
     places = []
     for what, values in (("motion_index", record), ("im_level", level)):
         found, number = np.unique(values, return_counts=True)
@@ -237,7 +250,7 @@ def _refusal(excluded: dict[str, int], record: np.ndarray, level: np.ndarray, sa
 
 
 def _checked_inputs(dataset: xr.Dataset) -> tuple[np.ndarray, np.ndarray, np.ndarray, str]:
-    """Return status as an index into `STATUS_MEANINGS`, motion and level of every sample, and the level's units."""
+    """Return status (an index into `STATUS_MEANINGS`), motion and level of every sample, and the units of the level."""
     if "im_level" not in dataset:
         raise ValueError(f"the dataset has no 'im_level': {_NEEDS_STRIPES}")
     check_labels(dataset)
@@ -268,19 +281,28 @@ def check_labels(dataset: xr.Dataset, begin: str = "") -> None:
 
 
 def _check_stripes(valid: np.ndarray) -> None:
-    """Raise a ValueError unless records share stripes; `valid` has the shape [record, group, im_level]."""
+    """Raise a ValueError unless records share stripes.
+
+    `valid` is the number of samples that did not fail, shape [record, group, im_level].
+    """
     records, _, levels = valid.shape
     _check_pairs(int(np.count_nonzero(valid.sum(axis=1))), levels, records)
 
 
 def _check_pairs(pairs: int, levels: int, records: int) -> None:
-    """Raise a ValueError if motions share no level, and there are too many levels to fit single observations."""
+    """Raise a ValueError if records share no level and there are more levels than MOST_LEVELS.
+
+    Args:
+        pairs: Number of pairs of a record and a level that have samples.
+        levels: Number of levels.
+        records: Number of records.
+    """
     if pairs < 2 * levels and records > 1 and levels > MOST_LEVELS:
         raise ValueError(f"'im_level' has {levels} values for {pairs} pairs of record and level, but {_NEEDS_STRIPES}")
 
 
 def _indexed(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the distinct values, sorted, and for each value the index of its distinct value."""
+    """Return the distinct values in increasing order, and the index of each value among them."""
     if np.issubdtype(values.dtype, np.integer) and values.size and int(np.ptp(values)) < values.size:
         # Counting needs a third of the time of hashing.
         index = (values - values.min()).astype(np.int64, copy=False)
@@ -295,7 +317,7 @@ def _indexed(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def decoded_status(status: xr.DataArray) -> np.ndarray:
-    """Return the status as an index into STATUS_MEANINGS, whatever the codes of the flags."""
+    """Return the status of each sample as an index into STATUS_MEANINGS, from the flag attributes of the variable."""
     meanings = str(status.attrs.get("flag_meanings", "")).split()
     codes = np.atleast_1d(status.attrs.get("flag_values", ()))
     known = {"ok", "collapsed"} <= set(meanings) <= set(STATUS_MEANINGS) and len(set(meanings)) == len(meanings)
@@ -303,7 +325,7 @@ def decoded_status(status: xr.DataArray) -> np.ndarray:
         raise ValueError(
             f"'status' has flag_meanings {meanings} and flag_values {list(codes)}; "
             "it needs one value per meaning, and the meanings ok, collapsed and any of "
-            f"{', '.join(STATUS_MEANINGS[2:])}"
+            f"{', '.join(STATUS_MEANINGS[2:])}: give the run as simulate() returned it"
         )
     decoded = np.full(status.shape, -1, dtype=np.int8)
     for code, meaning in zip(codes, meanings, strict=True):

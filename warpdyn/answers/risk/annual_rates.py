@@ -13,36 +13,36 @@ from warpdyn.answers.risk.hazard_curves import Hazard, HazardLogicTree, branches
 from warpdyn.foundations.core.checks import real_number
 from warpdyn.foundations.core.near_misses import suggests_names
 
-LEAST_KNOWN_SHARE = 0.95  # smallest share of replicates with a known value for which an interval is given
+LEAST_KNOWN_SHARE = 0.95  # an interval is given only if at least this share of the replicates has a known value
 
 
 @suggests_names
 def annual_rates(curves: xr.Dataset, hazard: Hazard, *, years: float = 50.0, confidence: float = 0.95) -> xr.Dataset:
     """Return the annual rate of reaching each damage state, and the probability of reaching it in a period of years.
 
-    The rate is the integral of the fragility curve over the hazard curve, which is a power law between its points. It
-    is exact for lognormal curves and computed by quadrature for all others. The estimate uses the fitted curves and the
-    mean over the branches of a logic tree; the interval is that of the rates of all replicates of the curves with all
-    branches. Each rate is computed from the state's own curve, even if curves cross.
+    The rate is the integral of the fragility curve over the hazard curve, which is a power law between its points. The
+    integral is exact for lognormal curves and computed by quadrature for all others. The estimate uses the fitted
+    curves and the mean over the branches of a logic tree. The interval is computed from the rates of all replicates
+    (draws) of the curves with all branches. Each rate is computed from the state's own curve, even if curves cross.
 
     Args:
         curves: The result of `fragility`, `fragility_of_cloud`, `fragility_from_capacities` or `fragility_posterior`.
             Or a dataset with `fragility_median(damage_state)` and `fragility_dispersion(damage_state)`; for an
             interval, add `replicate_median` and `replicate_dispersion(replicate, damage_state)`. Or a table without an
             interval, `fragility_curve(damage_state, intensity)` or `exceedance_fraction(damage_state, stripe)`: it is
-            linear between its points, constant above the last point, and 0 below the first point (if the first
-            intensity is 0: below the first point of the hazard or the second intensity of the table, whichever is
-            lower). A warning reports if its ends decide more than 5 % of a rate.
+            linear between its points, constant above the last point, and 0 below the first point. If its first
+            intensity is 0, it is 0 below the first point of the hazard or the second intensity of the table, whichever
+            is lower. A warning is given if the ends of the table decide more than 5 % of a rate.
         hazard: The hazard, of the same intensity measure as the curves.
-        years: The period [year], in which occurrences are a Poisson process.
-        confidence: Probability that the intervals cover [1].
+        years: The period [year] of `probability_in_period`; occurrences are a Poisson process.
+        confidence: Probability that the intervals cover the true value [1].
 
     Returns:
         `annual_rate(damage_state)` of reaching or exceeding the state [1/year], `return_period` [year] and
-        `probability_in_period` [1], each with `_lower` and `_upper` (NaN without replicates and branches);
-        `branch_annual_rate(branch, damage_state)`; `share_below_hazard` and `share_above_hazard(damage_state)`, the
-        shares of the rate from intensities below and above the points of the hazard curve (a warning names states with
-        more than 1 %); and, with replicates, `replicate_annual_rate(replicate, damage_state)`.
+        `probability_in_period` [1], each with bounds `_lower` and `_upper` (NaN without replicates and branches);
+        `branch_annual_rate(branch, damage_state)` [1/year]; `share_below_hazard` and `share_above_hazard(damage_state)`
+        [1], the shares of the rate from intensities below and above the points of the hazard curve (a warning names
+        states with more than 1 %); and, with replicates, `replicate_annual_rate(replicate, damage_state)` [1/year].
 
     Raises:
         TypeError: If `curves` is not a Dataset, or `hazard` is not a HazardCurve or HazardLogicTree.
@@ -101,7 +101,13 @@ def annual_rates(curves: xr.Dataset, hazard: Hazard, *, years: float = 50.0, con
 
 
 def warned_shares(found: CurveSet, tree: HazardLogicTree, mean: np.ndarray) -> np.ndarray:
-    """Return the shares of rates from beyond the hazard's points, shape [2, damage_state]; warn of large shares."""
+    """Return the shares of rates from intensities beyond the hazard points, [2, damage_state]; warn if they are large.
+
+    Args:
+        found: The fragility curves.
+        tree: The hazard.
+        mean: Annual rates of the damage states [1/year], shape [damage_state].
+    """
     shares = found.shares_beyond(tree)
     warn_of_extrapolation(found.names, shares, tree.curves, "annual rate")
     warn_of_table_ends("annual rate", found, tree, mean)
@@ -109,12 +115,13 @@ def warned_shares(found: CurveSet, tree: HazardLogicTree, mean: np.ndarray) -> n
 
 
 def weighted_bounds(sampled: np.ndarray, weights: np.ndarray, confidence: float) -> np.ndarray:
-    """Return the interval of values over replicates and weighted branches, shape [2, ...]; NaN for a single value.
+    """Return the interval of a value over replicates and weighted branches, shape [2, ...]; NaN for a single value.
 
     Args:
-        sampled: Values, shape [replicate, branch, ...]; NaN if a replicate has no value.
-        weights: Weights of the branches, which sum up to 1, shape [branch].
-        confidence: Probability that the interval covers [1].
+        sampled: Values for each replicate of the curves and each branch, shape [replicate, branch, ...]; NaN if a
+            replicate has no value.
+        weights: Weights of the branches, whose sum is 1, shape [branch].
+        confidence: Probability that the interval covers the true value [1].
     """
     replicates, branches, *rest = sampled.shape
     if replicates * branches < 2:
@@ -125,10 +132,10 @@ def weighted_bounds(sampled: np.ndarray, weights: np.ndarray, confidence: float)
     known = np.isfinite(ordered)
     each = np.where(known, (np.tile(weights, replicates) / replicates)[order], 0.0)
     whole = each.sum(axis=0)
-    # A value's cumulative probability is at the middle of its weight; quantiles are interpolated between values.
+    # The cumulative probability of a value is at the middle of its weight; quantiles are interpolated between values.
     upto = (np.cumsum(each, axis=0) - 0.5 * each) / np.where(whole > 0, whole, 1.0)
     bounds = np.full((2, values.shape[1]), np.nan)
-    # With fewer known values the interval would be too narrow.
+    # If fewer values are known, the interval would be too narrow, so it stays NaN.
     for i in np.flatnonzero(whole >= LEAST_KNOWN_SHARE):
         shares = 0.5 - 0.5 * confidence, 0.5 + 0.5 * confidence
         bounds[:, i] = np.interp(shares, upto[known[:, i], i], ordered[known[:, i], i])

@@ -1,4 +1,4 @@
-"""Collapse margins by FEMA P-695: spectral shape, total uncertainty, acceptable margins."""
+"""Collapse margins by FEMA P-695: spectral shape factors, total uncertainty, and acceptable margins."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ from warpdyn.foundations.core.near_misses import suggests_names
 from warpdyn.foundations.core.plausibility import PlausibilityFindings
 
 SOURCE = "FEMA P-695 (2009), chapters 6 and 7, appendix B"
-RATINGS = {"A": 0.10, "B": 0.20, "C": 0.35, "D": 0.50}  # uncertainty of each rating: tables 3-1, 3-2 and 5-3
-# Target epsilon: table 7-1a is for design categories B, C and Dmin, table 7-1b for Dmax (section B.3.2).
+RATINGS = {"A": 0.10, "B": 0.20, "C": 0.35, "D": 0.50}  # uncertainty beta of each rating: tables 3-1, 3-2 and 5-3
+# Target epsilon by design category: table 7-1a is for B, C and Dmin, table 7-1b for Dmax (section B.3.2).
 TARGET_EPSILON = {"B": 1.0, "C": 1.0, "Dmin": 1.0, "Dmax": 1.5}
 RECORD_SETS = ("far_field", "near_field")
-MOST_DUCTILITY = 8.0  # last column of the tables, "at least 8"
-ROUNDED_TO = 0.025  # rounding of the total uncertainty in tables 7-2 and 7-3
+MOST_DUCTILITY = 8.0  # last column of the tables ("at least 8"); larger ductilities count as 8
+ROUNDED_TO = 0.025  # the total uncertainty is rounded to multiples of this, as in tables 7-2 and 7-3
 
 
 @suggests_names
@@ -30,16 +30,20 @@ def spectral_shape_factor(
 ) -> np.ndarray:
     """Return the spectral shape factor of FEMA P-695, by the formulas from which its tables were computed.
 
-    The factor corrects for scaling: records of rare intensities have another spectral shape than records scaled to
-    these intensities. SSF = exp(beta_1 (eps_0 - eps(T))), with beta_1 = 0.14 (mu_T - 1)^0.42 (equations B-3 and B-4),
-    the target epsilon eps_0 of the design category, and the mean epsilon eps(T) of the record set (equations B-1 and
-    B-6).
+    Scaled records of ordinary motions have another spectral shape than records of rare, strong motions; the factor
+    corrects for this difference. SSF = exp(beta_1 (eps_0 - eps(T))), with beta_1 = 0.14 (mu_T - 1)^0.42 (equations B-3
+    and B-4), the target epsilon eps_0 of the design category, and the mean epsilon eps(T) of the record set at the
+    period T (equations B-1 and B-6).
 
     Args:
-        period: Fundamental period of the archetype [s], any shape.
-        ductility: Period-based ductility mu_T [1], at least 1; larger values count as 8, as in the tables.
+        period: Fundamental period of the archetype [s], of any shape.
+        ductility: Period-based ductility mu_T [1], at least 1, of a shape that broadcasts with `period`; values above 8
+            count as 8, as in the tables.
         design_category: Seismic design category "B", "C", "Dmin" or "Dmax".
-        record_set: The records of the collapse analyses, "far_field" or "near_field" of FEMA P-695.
+        record_set: Record set of the collapse analyses: "far_field" or "near_field" of FEMA P-695.
+
+    Returns:
+        The factor [1], of the common shape of `period` and `ductility`.
 
     Raises:
         ValueError: If a period is not positive, a ductility is below 1, or a name is unknown.
@@ -92,23 +96,23 @@ def collapse_margin(
     rounded to 0.025 as in tables 7-2 and 7-3.
 
     Args:
-        collapse_median: Median collapse intensity S_CT of each archetype [g], such as the `fragility_median` of
-            collapse; one number, or shape [archetype].
+        collapse_median: Median collapse intensity S_CT of each archetype [g], such as the `fragility_median` of the
+            collapse state; one number, or shape [archetype].
         design_intensity: Spectral acceleration S_MT of the maximum considered earthquake at the archetype's period [g].
         period: Fundamental period of each archetype [s]; in FEMA P-695 at least 0.25 s.
         ductility: Period-based ductility mu_T of each archetype [1], from its pushover.
         design_category: Seismic design category of the group: "B", "C", "Dmin" or "Dmax".
         record_set: "far_field" or "near_field".
         design_requirements: Rating of the design requirements: "A" superior, "B" good, "C" fair, "D" poor.
-        test_data: Rating of the test data.
-        model: Rating of the archetypes' models.
-        names: Names of the archetypes; numbers from 1 by default.
+        test_data: Rating of the test data, from "A" to "D".
+        model: Rating of the archetypes' numerical models, from "A" to "D".
+        names: Names of the archetypes; None: numbers from 1.
 
     Returns:
         For each archetype: `collapse_margin_ratio`, `spectral_shape_factor`, `adjusted_collapse_margin_ratio`,
-        `total_uncertainty`, `acceptable_margin_10` and `acceptable_margin_20` [1], `probability_of_collapse` under the
-        design intensity, from the adjusted margin [1], and `is_acceptable`. For the group: `mean_adjusted_margin`,
-        `mean_acceptable_margin_10` and `group_is_acceptable`.
+        `total_uncertainty`, `acceptable_margin_10` and `acceptable_margin_20` [1]; `probability_of_collapse` at the
+        design intensity, computed from the adjusted margin [1]; and `is_acceptable`. For the group:
+        `mean_adjusted_margin`, `mean_acceptable_margin_10` and `group_is_acceptable`.
 
     Raises:
         TypeError: If an intensity is a Dataset.
@@ -127,7 +131,7 @@ def collapse_margin(
                 f"collapse_margin: {what} must be one number or one per archetype [g], but got a Dataset; "
                 f"give the median of one damage state: curves['fragility_median'].sel(damage_state={state!r})"
             )
-    # All archetypes of a group have the same ratings.
+    # The three ratings apply to all archetypes of the group.
     ratings = {"design_requirements": design_requirements, "test_data": test_data, "model": model}
     for what, rating in ratings.items():
         one_of(f"rating of {what}", rating, RATINGS)
@@ -165,7 +169,7 @@ def collapse_margin(
     adjusted = ratio * shape
     record_to_record = np.minimum(0.1 + 0.1 * ductilities, 0.4)
     of_system = sum(RATINGS[rating] ** 2 for rating in ratings.values())
-    # Halves are rounded up, which is conservative.
+    # A value halfway between two multiples is rounded up, which is conservative.
     beta = np.floor(np.sqrt(record_to_record**2 + of_system) / ROUNDED_TO + 0.5) * ROUNDED_TO
     acceptable = {share: np.exp(-ndtri(share) * beta) for share in (0.1, 0.2)}
     each = adjusted >= acceptable[0.2]

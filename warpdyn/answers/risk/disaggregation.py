@@ -1,4 +1,4 @@
-"""Disaggregation of annual rates of damage states by intensity and by record."""
+"""Disaggregation of annual rates of damage states: contributions of intensities and of records."""
 
 from __future__ import annotations
 
@@ -21,22 +21,23 @@ MOST_BINS = 10**5
 def disaggregate(
     curves: xr.Dataset, hazard: Hazard, *, bins: int = 40, lowest: float | None = None, highest: float | None = None
 ) -> xr.Dataset:
-    """Return the contribution of each bin of intensities to the annual rate of each damage state.
+    """Return the contribution of each bin (range) of intensities to the annual rate of each damage state.
 
     Args:
         curves: Fragility curves, as in `annual_rates`.
         hazard: The hazard, of the same intensity measure as the curves; for a logic tree, the mean over its branches.
         bins: Number of bins, of equal width in ln(intensity).
-        lowest: Lower edge of the first bin [units of the hazard]; by default the first point of the hazard.
-        highest: Upper edge of the last bin [units of the hazard]; by default the last point of the hazard.
+        lowest: Lower edge of the first bin [units of the hazard]; None: the first point of the hazard.
+        highest: Upper edge of the last bin [units of the hazard]; None: the last point of the hazard.
 
     Returns:
-        For each bin: `annual_rate_of_bin(damage_state, intensity)` [1/year], `contribution(damage_state, intensity)`,
-        the share of the bin in the annual rate [1], and `contribution_density(damage_state, intensity)`, this share
-        divided by the width of the bin in ln(intensity) [1]. The coordinate `intensity` is the middle of the bin,
-        `intensity_lower` and `intensity_upper` are its edges. For each damage state: `modal_intensity`, the middle of
-        the bin that contributes most, and `share_below_bins` and `share_above_bins`. A warning names states with more
-        than 10 % from intensities outside the bins.
+        For each bin: `annual_rate_of_bin(damage_state, intensity)` [1/year]; `contribution(damage_state, intensity)`,
+        the share of the bin in the annual rate [1]; `contribution_density(damage_state, intensity)`, this share divided
+        by the width of the bin in ln(intensity) [1]. The coordinate `intensity` is the middle of the bin,
+        `intensity_lower` and `intensity_upper` are its edges. For each damage state: `annual_rate` [1/year];
+        `modal_intensity`, the middle of the bin with the largest contribution; `share_below_bins` and
+        `share_above_bins`, the shares of the rate from intensities outside the bins [1]. A warning names damage states
+        for which these shares are together above 10 %.
 
     Raises:
         TypeError, ValueError: As in `annual_rates`; if the edges do not increase.
@@ -53,7 +54,7 @@ def disaggregate(
 def contributions(
     found: CurveSet, tree: HazardLogicTree, *, bins: int, lowest: float | None = None, highest: float | None = None
 ) -> xr.Dataset:
-    """Return the result of `disaggregate` for checked curves and a checked hazard."""
+    """Return the result of `disaggregate` for checked fragility curves and a checked hazard."""
     bins = whole_number("bins", bins, 2, MOST_BINS)
     low = min(each.intensity[0] for each in tree.curves) if lowest is None else real_number("lowest", lowest, above=0)
     high = (
@@ -107,12 +108,12 @@ def contributions(
 
 
 def rates_by_record(capacities: xr.Dataset, hazard: Hazard) -> xr.Dataset:
-    """Return the annual rate of each damage state from capacities, without a fitted curve, and each record's share.
+    """Return the annual rate of each damage state directly from capacities, and the contribution of each record.
 
-    The rate is the mean, over structures and records, of the annual rate at which their capacity is exceeded. A
-    capacity above the highest level (infinite) counts with a rate of 0. A capacity below the lowest level (0) counts
-    with the rate of the upper bound of its bracket. Failed searches (NaN) do not count. Warnings name states for which
-    such capacities matter, and rates that are extrapolated.
+    No curve is fitted: the rate is the mean, over structures and records, of the annual rate at which their capacity is
+    exceeded. A capacity above the highest level (infinite) counts with a rate of 0. A capacity below the lowest level
+    (0) counts with the rate of the upper bound of its bracket. Failed searches (NaN) do not count. A warning names
+    damage states whose rate depends on such capacities, or is extrapolated beyond the hazard curve.
 
     Args:
         capacities: `capacity(structure, motion, damage_state)`, the intensity at which each state is first reached,
@@ -165,7 +166,7 @@ def rates_by_record(capacities: xr.Dataset, hazard: Hazard) -> xr.Dataset:
             f"{motion}, because all its histories failed: run capacities() with a smaller step= or another method="
         )
     capacity = np.where(below, upper, capacity)
-    # A lower bound of 0 is replaced by the smallest intensity of the hazard.
+    # A lower bound of 0 has no rate: use the smallest intensity of the hazard instead.
     lower = np.maximum(lower, min(each.intensity[0] for each in tree.curves))
 
     def rates(values: np.ndarray) -> np.ndarray:
@@ -211,7 +212,11 @@ def rates_by_record(capacities: xr.Dataset, hazard: Hazard) -> xr.Dataset:
 
 
 def _rates_beyond(tree: HazardLogicTree, capacity: np.ndarray) -> np.ndarray:
-    """Return the mean rates of capacities below the first and above the last hazard point, shape [2, damage_state]."""
+    """Return mean annual rates [1/year], [2, damage_state], of capacities that are beyond the hazard points.
+
+    The first row contains capacities below the first point of the hazard curve, the second row capacities above the
+    last point. Other capacities count with a rate of 0.
+    """
     found = np.zeros((2, capacity.shape[-1]))
     for weight, each in zip(tree.weights, tree.curves, strict=True):
         for side, beyond in enumerate((capacity < each.intensity[0], capacity > each.intensity[-1])):

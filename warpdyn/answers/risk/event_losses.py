@@ -23,31 +23,32 @@ MONEY = {"units": "1", "comment": "in the unit of replacement_values"}
 def event_losses(
     counted: xr.Dataset, *, event_rates: ArrayLike | None = None, return_periods: Sequence[float] = RETURN_PERIODS
 ) -> xr.Dataset:
-    """Return the total loss of all buildings in each event, and how often it is exceeded.
+    """Return the total loss of all buildings in each event, and how often this loss is exceeded.
 
-    Each building counts with its replacement value. The value of an inventory row that represents several buildings is
-    the value of all of them.
+    Each building counts with its replacement value. If an inventory row represents several buildings, its value is the
+    value of all of them.
 
     Args:
-        counted: The result of `simulate` with `statistics=[DamageLoss(..., over="event")]`, or over "motion" if each
-            motion is one event; each building must have one sample per event. For MotionsAtSites use
-            `over="earthquake"`: a building has one sample in each draw of an earthquake, and the loss is the mean over
-            the draws. If several motions are components of one record, give `DamageLoss(events=...)`, so that the worse
-            component counts; otherwise each counts as a draw.
+        counted: The result of `simulate` with `statistics=[DamageLoss(..., over="event")]`, or with over="motion" if
+            each motion is one event. Each building must have one sample per event. For MotionsAtSites use
+            `over="earthquake"`: a building then has one sample in each draw of an earthquake, and the loss is the mean
+            over the draws. If several motions are components of one record, give `DamageLoss(events=...)`, so that the
+            worse component counts; otherwise each component counts as a draw.
         event_rates: Annual rate of each event [1/year], shape [event], in the order of the losses (earthquakes in the
-            order of the design); or a DataArray with the dimension `event` (or `earthquake`), which is matched by name.
+            order of the design); or a DataArray with the dimension `event` (or `earthquake`), whose labels are matched.
             None: the events are equally likely draws of one earthquake.
-        return_periods: Return periods [year] of the loss, if events have rates.
+        return_periods: Return periods of the loss [year]; used only if `event_rates` is given.
 
     Returns:
-        `loss(event)`; `loss_deviation(event)`, the standard deviation caused by the scatter of the loss ratios, which
-        are independent between buildings (if there are several draws, that of one draw); `counted_buildings(event)` and
-        `failed_buildings(event)`, whose losses are not included (both are means over the draws). The dimension is the
-        one given to `over`. Without rates: `exceedance_probability(event)` [1], the share of events with a larger loss.
-        With rates: `expected_annual_loss`, `loss_exceedance_rate(event)`, the annual rate [1/year] of losses above that
-        of the event, and `return_period_loss(return_period)`, the smallest loss of an event that is exceeded at most
-        once per return period on average (0 if events are rarer). `plots.loss_exceedance` draws the exceedance
-        probability or rate.
+        `loss(event)` [currency]; `loss_deviation(event)` [currency], the standard deviation caused by the scatter of
+        the loss ratios, which are independent between buildings (with several draws: of one draw);
+        `counted_buildings(event)` and `failed_buildings(event)`; failed buildings are not included in the loss (with
+        several draws, both numbers are means over the draws). The dimension is the one given to `over`. Without rates:
+        `exceedance_probability(event)` [1], the share of events with a larger loss. With rates: `expected_annual_loss`
+        [currency/year]; `loss_exceedance_rate(event)` [1/year], the annual rate of losses above the loss of the event;
+        and `return_period_loss(return_period)` [currency], the smallest loss of an event that is exceeded at most once
+        per return period on average (0 if events are rarer). `plots.loss_exceedance` draws the exceedance probability
+        or rate.
 
     Raises:
         ValueError: If there are no losses by event, events have different numbers of samples, a building has several
@@ -91,7 +92,13 @@ def event_losses(
 
 
 def checked_event_rates(function: str, loss: xr.DataArray, event_rates: ArrayLike) -> np.ndarray:
-    """Return the annual rates of events [1/year] in the order of their losses; errors are those of `event_losses`."""
+    """Return the annual rates of events [1/year] in the order of `loss`, after a check; errors: see `event_losses`.
+
+    Args:
+        function: Name of the public function, for messages.
+        loss: Loss of each event.
+        event_rates: Rates from the user: a sequence in the order of the losses, or a DataArray with labels.
+    """
     (along,) = map(str, loss.dims)
     if isinstance(event_rates, xr.DataArray) and along in event_rates.coords and event_rates.dims == (along,):
         if not loss.indexes[along].is_unique:
@@ -117,7 +124,13 @@ def checked_event_rates(function: str, loss: xr.DataArray, event_rates: ArrayLik
 
 
 def rates_of_losses(loss: xr.DataArray, rates: np.ndarray, return_periods: Sequence[float]) -> xr.Dataset:
-    """Return the expected annual loss, the rates at which losses are exceeded and the losses of return periods."""
+    """Return the expected annual loss, the exceedance rates of the losses and the losses of return periods.
+
+    Args:
+        loss: Loss of each event [currency].
+        rates: Annual rates of the events [1/year].
+        return_periods: Return periods [year].
+    """
     (along,) = map(str, loss.dims)
     periods = checked_periods(return_periods)
     values = loss.values
@@ -138,7 +151,17 @@ def rates_of_losses(loss: xr.DataArray, rates: np.ndarray, return_periods: Seque
 
 
 def _draws_of_events(counted: xr.Dataset, along: str, buildings: np.ndarray, failed: np.ndarray) -> np.ndarray:
-    """Return the number of samples of each building in each event; raise a ValueError if buildings differ."""
+    """Return the number of samples of each building in each event, shape [event].
+
+    Args:
+        counted: The statistics of the run.
+        along: Dimension of the events: "earthquake", "event" or "motion".
+        buildings: Number of counted samples in each event.
+        failed: Number of failed samples in each event.
+
+    Raises:
+        ValueError: If the numbers of samples differ between buildings, or too many samples failed.
+    """
     total, counts = buildings + failed, archetype_counts(counted)
     least, most = int(total.min()), int(total.max())
     if along == EARTHQUAKE:

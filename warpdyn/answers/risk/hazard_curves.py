@@ -18,7 +18,7 @@ from warpdyn.foundations.core.messages import amount_of, warn_caller
 from warpdyn.foundations.core.near_misses import with_suggestions
 from warpdyn.model.ground_motions.measures.names import same_measure, warn_unless_compared
 
-WEIGHT_TOLERANCE = 1e-6  # on the sum of a logic tree's weights, which files write with about seven digits
+WEIGHT_TOLERANCE = 1e-6  # for the sum of a logic tree's weights, which files contain with about seven digits
 
 
 @with_suggestions
@@ -26,10 +26,10 @@ WEIGHT_TOLERANCE = 1e-6  # on the sum of a logic tree's weights, which files wri
 class HazardCurve(FrozenArrays):
     """The seismic hazard of a site: the annual rate at which each intensity is exceeded.
 
-    Between the points, ln(rate) is linear in ln(intensity). Beyond the first and the last point, the slope of the end
-    segment continues; results contain the share that comes from there.
+    Between the points, ln(rate) is linear in ln(intensity). Below the first point and above the last point, the slope
+    of the end segment continues; results contain the share that is from these extrapolated intensities.
 
-    A warning is given for a curve above the highest hazard of any site. Usual causes are m/s2 instead of g, cm/s
+    A warning is given if the curve is above the highest hazard of any site. Usual causes are m/s2 instead of g, cm/s
     instead of m/s, or probabilities in 50 years instead of annual rates. For a site with low hazard these mistakes are
     not detected, because the wrong curve is plausible for a site with high hazard.
 
@@ -37,9 +37,9 @@ class HazardCurve(FrozenArrays):
         intensity: Intensity measure [units], shape [point], positive and increasing.
         annual_rate: Mean annual rate of exceedance [1/year], shape [point], positive; it must not increase.
         measure: Name of the intensity measure, such as "PGA", "SA(0.75)" or "Sa(0.75 s, 5 %)". Fragility curves of
-            another measure then cause an error; a name that warpdyn does not know causes a warning. Empty: no check.
-        units: Units of the intensity, the same as those of the fragility curves: "g" or SI units such as "m s-1" (also
-            written "m/s"; "cm/s" is converted). None means "g", which is only allowed for accelerations.
+            another measure then cause an error; a name that warpdyn does not know causes a warning. "": no check.
+        units: Units of the intensity, which must be those of the fragility curves: "g" or SI units such as "m s-1"
+            (also written "m/s"; "cm/s" is converted). None: "g", which is allowed only for accelerations.
 
     Raises:
         ValueError: If there are fewer than two points, values are not positive and finite, intensities do not increase,
@@ -114,11 +114,11 @@ class HazardCurve(FrozenArrays):
             intensity: Intensity measure [units], shape [point].
             probability: Probability of at least one exceedance in these years [1], shape [point].
             years: The investigation time [year].
-            measure: As in the class.
-            units: As in the class.
+            measure: Name of the intensity measure; see `HazardCurve`.
+            units: Units of the intensity; see `HazardCurve`.
 
         Raises:
-            ValueError: As in the class; if a probability is not above 0 and below 1.
+            ValueError: For the reasons in `HazardCurve`, or if a probability is not above 0 and below 1.
 
         Example:
             >>> hazard = wd.HazardCurve.from_probabilities([0.1, 0.5], [0.39, 0.02], years=50)
@@ -145,12 +145,12 @@ class HazardCurve(FrozenArrays):
 
         Args:
             path: The file.
-            site: Longitude and latitude [degree]; needed if the file has several sites.
+            site: Longitude and latitude [degree]; None: the file has one site.
 
         Raises:
             ValueError: If the first line has no investigation_time or imt, the columns `poe-...` are missing, the file
-                is of kind='std', a value is not a number, or no site is within 0.001 degrees of `site`; or as in the
-                class.
+                is of kind='std', a value is not a number, or no site is within 0.001 degrees of `site`; or for the
+                reasons in `HazardCurve`.
             FileNotFoundError: If the file does not exist.
 
         Example:
@@ -178,7 +178,7 @@ class HazardCurve(FrozenArrays):
 
         Raises:
             ValueError: If the file has another format, the measure or the site is missing, or a value is not a number;
-                or as in the class.
+                or for the reasons in `HazardCurve`.
             FileNotFoundError: If the file does not exist.
             TypeError: If `measure` is not text.
 
@@ -196,7 +196,7 @@ class HazardCurve(FrozenArrays):
     def _of_file(
         cls, path: str | Path, intensity: np.ndarray, rate: np.ndarray, measure: str, units: str | None
     ) -> HazardCurve:
-        """Return the curve of a file; errors name the file."""
+        """Return the hazard curve with the values of a file; error messages begin with the name of the file."""
         try:
             return cls(intensity, rate, measure=measure, units=units)
         except ValueError as error:
@@ -208,10 +208,10 @@ class HazardCurve(FrozenArrays):
         return -np.diff(np.log(self.annual_rate)) / np.diff(np.log(self.intensity))
 
     def rate_of(self, intensity: ArrayLike) -> np.ndarray:
-        """Return the annual rate at which intensities are exceeded [1/year]; 0 for infinite intensities.
+        """Return the annual rates at which intensities are exceeded [1/year]; 0 for infinite intensities.
 
         Args:
-            intensity: Intensity measure [units], any shape, above 0.
+            intensity: Intensity measure [units], above 0, of any shape.
 
         Raises:
             ValueError: If an intensity is not above 0.
@@ -226,11 +226,13 @@ class HazardCurve(FrozenArrays):
             return np.exp(log_rate[segment] - self.slopes[segment] * (u - log_x[segment]))
 
     def intensity_of(self, rate: ArrayLike) -> np.ndarray:
-        """Return the intensities that are exceeded at annual rates; where the rate is constant, the largest intensity.
+        """Return the intensities [units] that are exceeded at given annual rates.
+
+        If the rate is constant between two points, the result is the largest intensity with this rate.
 
         Args:
-            rate: Annual rate [1/year], any shape, above 0; `1 / return_period`. A warning is given for rates outside
-                the rates of the points.
+            rate: Annual rate [1/year], above 0, of any shape; `1 / return_period`. A warning is given for rates that
+                are outside the range of the points.
 
         Raises:
             ValueError: If a rate is not above 0, or above the first rate of a curve whose first two rates are equal.
@@ -263,8 +265,8 @@ class HazardLogicTree(FrozenArrays):
         weights: Weight of each branch [1], positive; the weights must sum up to 1.
 
     Raises:
-        ValueError: If there is no curve, the number of weights differs from that of the curves, weights are not
-            positive or do not sum up to 1, or the curves have different measures or units.
+        ValueError: If there is no curve, the number of weights is not the number of curves, weights are not positive or
+            their sum is not 1, or the curves have different measures or units.
         TypeError: If `curves` is not a sequence, or a branch is not a HazardCurve.
 
     Example:
@@ -313,19 +315,19 @@ class HazardLogicTree(FrozenArrays):
 
     @property
     def measure(self) -> str:
-        """Name of the intensity measure."""
+        """Name of the intensity measure, which all branches share."""
         return self.curves[0].measure
 
     @property
     def units(self) -> str:
-        """Units of the intensity."""
+        """Units of the intensity measure, which all branches share."""
         return self.curves[0].units
 
     def rate_of(self, intensity: ArrayLike) -> np.ndarray:
-        """Return the annual rate at which intensities are exceeded [1/year], as the mean over the branches.
+        """Return the annual rates at which intensities are exceeded [1/year], as the weighted mean over the branches.
 
         Args:
-            intensity: Intensity measure [units], any shape, above 0.
+            intensity: Intensity measure [units], above 0, of any shape.
 
         Raises:
             ValueError: If an intensity is not above 0.
@@ -345,7 +347,7 @@ def branches_of(function: str, hazard: Hazard) -> HazardLogicTree:
 
 
 def _positive_points(what: str, values: ArrayLike, units: str | None = None) -> np.ndarray:
-    """Return a row of positive finite numbers; an error names the first bad one."""
+    """Return values as an array [point]; raise a ValueError that names the first one that is not finite and above 0."""
     array = finite_numbers(what, values, units)
     if array.ndim != 1 or not array.size:
         raise ValueError(f"{what} must be a row of numbers, got an array of shape {array.shape}")

@@ -25,7 +25,7 @@ from warpdyn.foundations.core.plausibility import PlausibilityFindings
 
 RETURN_PERIODS: tuple[float, ...] = (10.0, 25.0, 50.0, 100.0, 250.0, 475.0, 1000.0, 2500.0)
 _POINTS = 201  # number of points of a loss exceedance curve
-_HALVINGS = 30  # bisection steps from 0.5 % of the replacement value, to find a return-period loss
+_HALVINGS = 30  # number of bisection steps to find a return-period loss, from an interval of 0.5 % of the value
 _MONEY = {"units": "1", "comment": "in the unit of replacement_value"}
 
 
@@ -42,11 +42,11 @@ def annual_losses(
     """Return the expected annual loss of a building, its loss exceedance curve and the losses of return periods.
 
     The expected annual loss is a sum over the damage states: annual rate of being in the state times mean loss ratio.
-    The annual rate at which a loss is exceeded is a sum, too: annual rate of being in the state times the probability
+    The annual rate at which a loss is exceeded is also a sum: annual rate of being in the state times the probability
     that the loss in this state is larger (beta distribution of the loss ratio; without a coefficient of variation the
-    curve has steps). Occurrences are a Poisson process, and the building is repaired after each. Intervals are those of
-    `annual_rates`. As in `vulnerability`, a heavier state is at most as likely as a lighter one at every intensity: if
-    fitted curves cross, the lower probability counts for both, and a warning names them.
+    curve has steps). Occurrences are a Poisson process, and the building is repaired after each. Intervals are computed
+    as in `annual_rates`. At every intensity, a heavier state is at most as likely as a lighter one: if fitted curves
+    cross, the lower probability counts for both, and a warning names them.
 
     Args:
         curves: Fragility curves, as in `annual_rates`.
@@ -54,7 +54,7 @@ def annual_losses(
         loss_ratios: Loss ratios of the damage states, as in `vulnerability`.
         replacement_value: Value of the building [currency of the losses]; 1 for loss ratios.
         return_periods: Return periods [year], such as 475.
-        confidence: Probability that the intervals cover [1].
+        confidence: Probability that the intervals cover the true value [1].
 
     Returns:
         `expected_annual_loss` and `deviation_of_annual_loss`, its standard deviation [currency/year];
@@ -85,7 +85,7 @@ def annual_losses(
     in_state_sampled = rates_in_states(found.sampled_rates(tree, ordered=True))
 
     def rate_of_loss(side: int, ratio: float) -> float:
-        """Return the annual rate at which a loss ratio is exceeded: the estimate (side 0) or a bound (1 or 2)."""
+        """Return the annual rate [1/year] at which a loss ratio is exceeded; side 0: estimate, 1 and 2: bounds."""
         exceeding = ratios.exceeding(ratio)
         if side == 0:
             return float(in_state @ exceeding)
@@ -94,7 +94,7 @@ def annual_losses(
     mean = in_state @ ratios.mean
     mean_bounds = weighted_bounds(in_state_sampled @ ratios.mean, tree.weights, confidence)
     deviation = np.sqrt(in_state @ (ratios.mean**2 + ratios.deviation**2))
-    # Both sides of each step are on the curve.
+    # The grid contains both sides of each step of the curve.
     grid = np.unique(np.concatenate([np.linspace(0.0, 1.0, _POINTS), ratios.mean, np.nextafter(ratios.mean, 0.0)]))
     grid = grid[grid >= 0]
     exceeding = np.array([ratios.exceeding(ratio) for ratio in grid]).T
@@ -144,7 +144,7 @@ def annual_losses(
 
 
 def checked_periods(return_periods: ArrayLike) -> np.ndarray:
-    """Return checked return periods [year]; warn of values that seem to be rates."""
+    """Return return periods [year] as an array after a check; warn if they seem to be rates."""
     periods = np.atleast_1d(finite_numbers("return_periods", return_periods))
     if periods.ndim != 1 or not periods.size or np.any(periods <= 0):
         raise ValueError(
@@ -160,13 +160,14 @@ def checked_periods(return_periods: ArrayLike) -> np.ndarray:
 
 @suggests_names
 def expected_annual_loss(vulnerability: xr.Dataset, hazard: Hazard, *, replacement_value: float = 1.0) -> xr.Dataset:
-    """Return the expected annual loss of a vulnerability function, such as that of storey losses or of another tool.
+    """Return the expected annual loss of a vulnerability function, for example of storey losses or of another program.
 
-    The expected annual loss is the integral of the mean loss ratio, linear between its intensities, over the hazard
-    curve, a power law between its points; it is exact. Below the first intensity of the function the loss is 0 (if the
-    first intensity is 0: below the first point of the hazard or the second intensity of the function, whichever is
-    lower). Above the last intensity the loss is that of the last one. A warning is given if this decides more than 5 %
-    of the result, or if more than 1 % comes from beyond the points of the hazard.
+    The expected annual loss is the integral of the mean loss ratio over the hazard curve. It is exact: the mean loss
+    ratio is linear between its intensities, and the hazard is a power law between its points. Below the first intensity
+    of the function the loss is 0; if the first intensity is 0, the loss is 0 below the first point of the hazard or the
+    second intensity of the function, whichever is lower. Above the last intensity, the loss ratio is constant. A
+    warning is given if these rules decide more than 5 % of the result, or if more than 1 % of it is from intensities
+    beyond the points of the hazard.
 
     Args:
         vulnerability: `mean_loss_ratio(intensity)` [1], as returned by `vulnerability`, by `storey_losses` for a run on
@@ -175,9 +176,9 @@ def expected_annual_loss(vulnerability: xr.Dataset, hazard: Hazard, *, replaceme
         replacement_value: Value of the building [currency of the losses]; 1 for loss ratios.
 
     Returns:
-        `expected_annual_loss` [currency/year]; for a logic tree, it is the mean of
-        `branch_expected_annual_loss(branch)`. `share_above_intensities`, the share from intensities above the last one
-        of the function [1].
+        `expected_annual_loss` [currency/year]; `branch_expected_annual_loss(branch)` for each branch of a logic tree,
+        whose weighted mean is the expected annual loss; `share_above_intensities`, the share of the loss from
+        intensities above the last one of the function [1].
 
     Raises:
         TypeError: If `vulnerability` is not a Dataset, or `hazard` is not a HazardCurve or HazardLogicTree.
@@ -230,11 +231,19 @@ def expected_annual_loss(vulnerability: xr.Dataset, hazard: Hazard, *, replaceme
 
 
 def _warn_of_ends(tree: HazardLogicTree, levels: np.ndarray, mean: np.ndarray, units: str, whole: float) -> None:
-    """Warn if losses beyond the function's first or last intensity, or beyond the hazard's points, matter."""
+    """Warn if a loss function is cut off at its first or last intensity, or if losses beyond the hazard points matter.
+
+    Args:
+        tree: The hazard.
+        levels: Intensities of the function [units], shape [point].
+        mean: Mean loss ratios [1], shape [point].
+        units: Units of the intensities.
+        whole: Expected annual loss ratio [1/year].
+    """
     begins = [begin_of(one, levels) for one in tree.curves]
     at_begin = [np.interp(x, levels, mean) * float(one.rate_of(x)) for x, one in zip(begins, tree.curves, strict=True)]
     begin, first = max(begins), float(tree.weights @ at_begin) / whole
-    # Additional loss if the function continued with its last slope in ln(intensity).
+    # Additional loss if the function continued above its last intensity with its last slope in ln(intensity).
     slope = (mean[-1] - mean[-2]) / np.log(levels[-1] / levels[-2]) if levels[-2] > 0 else mean[-1] - mean[-2]
     further = sum(
         w * float(one.rate_of(levels[-1])) / one.slopes[-1] for w, one in zip(tree.weights, tree.curves, strict=True)
@@ -267,7 +276,14 @@ def _warn_of_ends(tree: HazardLogicTree, levels: np.ndarray, mean: np.ndarray, u
 
 
 def _least_loss(rate_of_loss: Callable[[float], float], grid: np.ndarray, rates: np.ndarray, rate: float) -> float:
-    """Return the smallest loss ratio whose exceedance rate is at most the given rate, by bisection."""
+    """Return the smallest loss ratio [1] whose annual exceedance rate is at most `rate` [1/year], by bisection.
+
+    Args:
+        rate_of_loss: Function that returns the exceedance rate of a loss ratio.
+        grid: Increasing loss ratios, between which the result is searched.
+        rates: Exceedance rates of the grid [1/year].
+        rate: The given rate [1/year].
+    """
     if np.isnan(rates[0]):
         return np.nan
     first = int(np.argmax(rates <= rate))  # the rate of a loss above 1 is 0

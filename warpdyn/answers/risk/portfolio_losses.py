@@ -1,4 +1,4 @@
-"""Losses of a portfolio in each event, from damage shares, damage-to-loss ratios and replacement values."""
+"""Losses of a portfolio in each event, from damage shares, loss ratios and replacement values."""
 
 from __future__ import annotations
 
@@ -31,21 +31,21 @@ def portfolio_losses(
 
     Args:
         shares: The result of `damage_shares`.
-        loss_ratios: Mean loss ratio of each damage state [1], or mean and coefficient of variation, the same for all
-            archetypes; or such a mapping for each archetype.
-        replacement_values: Total value of all buildings of each archetype [currency].
+        loss_ratios: Loss ratio of each damage state: its mean [1], or (mean, coefficient of variation). Either one such
+            mapping for all archetypes, or such a mapping for each archetype.
+        replacement_values: Total value of all buildings of each archetype [currency], by the name of the archetype.
         event_rates: Annual rate of each event (or motion) [1/year], shape [event], in the order of the shares; or a
-            DataArray over the events, which is matched by label. None: no annual losses are computed.
-        return_periods: Return periods [year] of the total loss, if events have rates.
+            DataArray over the events, whose labels are matched. None: no annual losses are computed.
+        return_periods: Return periods of the total loss [year]; used only if `event_rates` is given.
 
     Returns:
-        `archetype_loss_ratio(archetype, event)` [1] and `archetype_loss(archetype, event)`; `loss(event)` and
-        `loss_ratio(event)` of the portfolio; `loss_deviation(event)`, the standard deviation caused by the scatter of
-        the loss ratios, which are independent between buildings. A run on stripes adds the dimension `stripe`. With
-        `event_rates`: `archetype_expected_annual_loss(archetype)`, `expected_annual_loss`,
-        `loss_exceedance_rate(event)`, the annual rate of losses above that of the event, and
-        `return_period_loss(return_period)`, the smallest loss of an event that is exceeded at most once per return
-        period on average (0 if events are rarer).
+        `archetype_loss_ratio(archetype, event)` [1] and `archetype_loss(archetype, event)` [currency]; `loss(event)`
+        [currency] and `loss_ratio(event)` [1] of the portfolio; `loss_deviation(event)` [currency], the standard
+        deviation caused by the scatter of the loss ratios, which are independent between buildings. A run on stripes
+        adds the dimension `stripe`. With `event_rates`: `archetype_expected_annual_loss(archetype)` and
+        `expected_annual_loss` [currency/year]; `loss_exceedance_rate(event)`, the annual rate of losses above the loss
+        of the event [1/year]; and `return_period_loss(return_period)` [currency], the smallest loss of an event that is
+        exceeded at most once per return period on average (0 if events are rarer).
 
     Raises:
         TypeError: If `shares` is not a Dataset, or ratios or values are not mappings.

@@ -21,14 +21,14 @@ from warpdyn.foundations.core.units import STANDARD_GRAVITY
 SOURCE = (
     "Luco and others (2007), SEAOC Convention: risk-targeted versus current seismic design maps; ASCE 7-22, 21.2.1.2"
 )
-UNIFORM_HAZARD = 0.02  # probability of exceedance in 50 years of ASCE 7's uniform-hazard intensity
-# Units in which users often give intensities by mistake: for the expected unit, the other unit and the factor.
+UNIFORM_HAZARD = 0.02  # probability of exceedance in 50 years that defines ASCE 7's uniform-hazard intensity
+# Units in which users often give intensities by mistake, by the expected unit, with the factor to the expected unit.
 OFTEN_GIVEN = {
     "g": {"m/s2": 1 / STANDARD_GRAVITY, "% g": 0.01, "cm/s2": 0.01 / STANDARD_GRAVITY},
     "m s-1": {"cm/s": 0.01, "mm/s": 0.001},
     "m": {"cm": 0.01, "mm": 0.001},
 }
-SEARCHED = 12.0  # range of the search in ln(median), below and above the hazard's intensities
+SEARCHED = 12.0  # the search in ln(median) extends this far below and above the intensities of the hazard
 
 
 @suggests_names
@@ -40,28 +40,29 @@ def risk_targeted_intensity(
     years: float = 50.0,
     conditional_probability: float = 0.1,
 ) -> xr.Dataset:
-    """Return the risk-targeted design intensity of ASCE 7 (MCER), whose buildings collapse with a target probability.
+    """Return the risk-targeted design intensity of ASCE 7 (MCER): buildings designed for it meet a risk target.
 
-    A building that is designed for the intensity is assumed to have a lognormal collapse fragility curve with the given
-    dispersion and with `conditional_probability` of collapse at the intensity. The direction factors, deterministic
-    caps and site factors of the standard are not applied.
+    The target is the probability of collapse in a period of years. A building that is designed for the intensity is
+    assumed to have a lognormal collapse fragility curve with the given dispersion, and with the probability
+    `conditional_probability` of collapse at this intensity. Direction factors, deterministic caps and site factors of
+    the standard are not applied.
 
     Source: Luco, Ellingwood, Hamburger, Hooper, Kimball and Kircher (2007), "Risk-targeted versus current seismic
     design maps for the conterminous United States"; ASCE 7-22, section 21.2.1.2, whose values are the defaults.
 
     Args:
-        hazard: The hazard; for a logic tree, the mean over its branches, as in the maps of ASCE 7.
+        hazard: The hazard; for a logic tree, its mean over the branches is used, as in the maps of ASCE 7.
         dispersion: Dispersion of the collapse capacity [1]; 0.6 in ASCE 7 (0.8 for its maps of 2009).
         probability_of_collapse: Target probability of collapse in the period [1].
         years: The period [year].
-        conditional_probability: Probability of collapse under the design intensity [1].
+        conditional_probability: Probability of collapse at the design intensity [1].
 
     Returns:
-        `risk_targeted_intensity`, `uniform_hazard_intensity` (2 % in 50 years) and `collapse_median` [units of the
-        hazard]; `risk_coefficient`, the ratio of the first two [1].
+        `risk_targeted_intensity`, `uniform_hazard_intensity` (exceeded with 2 % in 50 years) and `collapse_median`
+        [units of the hazard]; `risk_coefficient`, the risk-targeted intensity divided by the uniform-hazard one [1].
 
     Raises:
-        TypeError: If `hazard` is not a hazard.
+        TypeError: If `hazard` is not a HazardCurve or HazardLogicTree.
         ValueError: If a probability is not between 0 and 1, or no intensity meets the target.
 
     Example:
@@ -124,22 +125,22 @@ def check_risk_target(
     years: float = 50.0,
     conditional_probability: float = 0.1,
 ) -> xr.Dataset:
-    """Return whether a building meets the collapse targets of ASCE 7, in a period and at the design intensity.
+    """Return whether a building meets the two collapse targets of ASCE 7: in a period, and at the design intensity.
 
     Args:
         curves: Fragility curves, as in `annual_rates`; one damage state must be collapse or represent it.
         hazard: The hazard, of the same intensity measure as the curves; for a logic tree, the mean over its branches.
         design_intensity: The intensity (MCER) at which the conditional probability is checked [units of the curves].
-            Default, for lognormal curves: that of `risk_targeted_intensity` with the dispersion of the curve.
-        damage_state: The state that counts as collapse; by default the heaviest.
-        probability_of_collapse: Allowed probability in the period [1].
+            None (only for lognormal curves): the result of `risk_targeted_intensity` for the dispersion of the curve.
+        damage_state: Name of the damage state that counts as collapse; None: the heaviest.
+        probability_of_collapse: Allowed probability of collapse in the period [1].
         years: The period [year].
-        conditional_probability: Allowed probability at the design intensity [1]: 0.1 for risk categories I and II of
-            ASCE 7, 0.05 for III and 0.025 for IV (ASCE 7-16, table 1.3-2).
+        conditional_probability: Allowed probability of collapse at the design intensity [1]: 0.1 for risk categories I
+            and II of ASCE 7, 0.05 for III and 0.025 for IV (ASCE 7-16, table 1.3-2).
 
     Returns:
-        `probability_of_collapse` in the period and `conditional_probability` at the design intensity [1],
-        `design_intensity` [units of the curves], `meets_risk_target` and `meets_conditional_target`.
+        `probability_of_collapse` in the period and `conditional_probability` of collapse at the design intensity [1],
+        `design_intensity` [units of the curves], `meets_risk_target` and `meets_conditional_target` (True or False).
 
     Raises:
         TypeError, ValueError: As in `annual_rates` and `risk_targeted_intensity`.
@@ -194,7 +195,7 @@ def check_risk_target(
 
 
 def _warn_of_far_intensity(function: str, intensity: float, tree: HazardLogicTree) -> None:
-    """Warn if a design intensity is beyond all points of the hazard, which is often caused by a wrong unit."""
+    """Warn if a design intensity is outside the range of the hazard points, which is often caused by a wrong unit."""
     first, last = min(c.intensity[0] for c in tree.curves), max(c.intensity[-1] for c in tree.curves)
     if first <= intensity <= last:
         return
@@ -218,7 +219,7 @@ def _mean_rate(tree: HazardLogicTree, median: float, dispersion: float) -> float
 
 
 def _intensity_of_mean_rate(tree: HazardLogicTree, rate: float) -> float:
-    """Return the intensity that is exceeded at a mean rate over the branches."""
+    """Return the intensity whose annual rate of exceedance, as the mean over the branches, is `rate` [1/year]."""
     if len(tree.curves) == 1:
         return float(tree.curves[0].intensity_of(rate))
     low = np.log(min(each.intensity[0] for each in tree.curves)) - SEARCHED

@@ -1,4 +1,4 @@
-"""Storey-based losses: storey loss functions of drifts and floor accelerations, summed for every sample."""
+"""Storey-based losses: losses by storey drifts and by floor accelerations, summed over the building for each sample."""
 
 from __future__ import annotations
 
@@ -26,13 +26,12 @@ from warpdyn.foundations.core.units import STANDARD_GRAVITY, unit_attributes
 
 LossFunction: TypeAlias = tuple[ArrayLike, ArrayLike]
 _FUNCTION = "storey_losses"
-# Allowed units of the demands of a run (the unit of the loss function first), with the factor to the unit of the
-# function.
+# Allowed units of a run's demands, with the factor to the unit of the loss function (the first unit in each row).
 FACTORS = {
     "peak_storey_drift_ratio": {"1": 1.0, "percent": 0.01, "%": 0.01, "rad": 1.0},
     "peak_floor_acceleration": {"m s-2": 1.0, "m/s2": 1.0, "g": STANDARD_GRAVITY, "cm s-2": 0.01},
 }
-SMALL_DRIFT_RATIO = 0.01  # only above this value the first drift of a loss function is checked for plausibility
+SMALL_DRIFT_RATIO = 0.01  # the first drift ratio of a loss function is checked for plausibility only above this value
 
 
 @suggests_names
@@ -46,9 +45,9 @@ def storey_losses(
     """Return the loss ratio of every sample: the sum of losses by storey drifts and by floor accelerations.
 
     A storey loss function is the expected repair cost of a storey's components as a function of a demand, divided by
-    the replacement value of the building. It is linear between its points and constant above the last one. A collapsed
-    sample has `collapse_loss`, which is also the largest loss of any sample. Failed samples have NaN. Storeys of
-    isolators or of a tuned mass damper, and the floors above them, have no losses.
+    the replacement value of the building. It is linear between its points and constant above the last point. The loss
+    of a collapsed sample is `collapse_loss`, which is also an upper bound for all samples. The loss of a failed sample
+    is NaN. Storeys of isolators or of a tuned mass damper, and the floors above them, have no losses.
 
     Source: Ramirez and Miranda (2009), "Building-specific loss estimation methods and tools for simplified
     performance-based earthquake engineering", Blume Center report 171, chapter 3.
@@ -64,14 +63,14 @@ def storey_losses(
     Returns:
         `loss_ratio(sample)` [1] and, for samples without collapse, its parts `drift_loss_ratio(sample, storey)` and
         `acceleration_loss_ratio(sample, floor)`. For a run on stripes also `mean_loss_ratio(intensity)`,
-        `coefficient_of_variation(intensity)` (over all samples of the stripe, with divisor n - 1) and
-        `collapsed_share(intensity)`, which `plots.vulnerability` draws.
+        `coefficient_of_variation(intensity)` (of all samples of the stripe, with divisor n - 1) and
+        `collapsed_share(intensity)`; `plots.vulnerability` draws these.
 
     Raises:
         TypeError: If `run` is not a Dataset.
-        ValueError: If no function is given; if a demand is not recorded, or its units cannot be converted; if points do
-            not increase, or losses decrease, do not begin at 0 or are above 1; if `collapse_loss` is above 1; if the
-            run has several archetypes or events, or no samples; or if more than 1 % of the samples failed.
+        ValueError: If no loss function is given; if a demand is not recorded, or its units cannot be converted; if
+            points do not increase; if losses decrease, do not begin at 0 or are above 1; if `collapse_loss` is above 1;
+            if the run has several archetypes or events, or no samples; or if more than 1 % of the samples failed.
 
     Example:
         >>> drift_loss = [0.0, 0.004, 0.01, 0.03], [0.0, 0.02, 0.1, 0.3]  # of each of two equal storeys
@@ -97,7 +96,9 @@ def storey_losses(
         "acceleration": ("peak_floor_acceleration", "floor", acceleration_loss),
     }
     if drift_loss is None and acceleration_loss is None:
-        raise ValueError(f"{_FUNCTION} needs drift_loss, acceleration_loss or both")
+        raise ValueError(
+            f"{_FUNCTION} needs drift_loss, acceleration_loss or both: give drift_loss=(drift ratios, losses)"
+        )
     status = decoded_status(run["status"])
     failed = status > COLLAPSED
     if failed.sum() > LARGEST_EXCLUDED_FRACTION * status.size:
@@ -156,7 +157,7 @@ def storey_losses(
 
 
 def _in_units_of_losses(demand: xr.DataArray) -> float:
-    """Return the factor from the units of a demand to those of its loss function."""
+    """Return the factor that converts a demand of the run to the units of its loss function."""
     units = str(demand.attrs.get("units", next(iter(FACTORS[str(demand.name)]))))
     factors = FACTORS[str(demand.name)]
     if units not in factors:
@@ -168,7 +169,15 @@ def _in_units_of_losses(demand: xr.DataArray) -> float:
 
 
 def _losses_at(what: str, function: LossFunction, demand: np.ndarray) -> np.ndarray:
-    """Return the loss at each demand, of the shape of `demand`; 0 for NaN, i.e. a storey that does not exist."""
+    """Return the loss [1] at each demand by interpolation, of the shape of `demand`, after a check of the function.
+
+    If a demand is NaN, because the building does not have this storey, its loss is 0.
+
+    Args:
+        what: Name of the argument, for messages.
+        function: The loss function: demands and losses at these demands.
+        demand: Demands [units of the loss function], shape [sample, storey or floor].
+    """
     if not isinstance(function, tuple | list) or len(function) != 2:
         raise ValueError(
             f"{what} must be a pair of demands and the losses at them, such as ([0, 0.01, 0.03], [0, 0.1, 0.3])"

@@ -1,1 +1,1 @@
-"""Accuracy of runs: error estimates, and the pilot that chooses method and step."""
+"""Accuracy of runs: error estimates, and the pilot run that chooses method and step."""

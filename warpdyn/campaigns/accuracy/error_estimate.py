@@ -15,31 +15,31 @@ from warpdyn.foundations.core.output_variables import DIVERGED
 from warpdyn.foundations.core.random_numbers import Purpose
 from warpdyn.model.ground_motions.excitation import Assignment
 
-FEWEST_SAMPLES = 30  # a 95 % quantile of fewer samples is meaningless
+FEWEST_SAMPLES = 30  # with fewer samples, a 95 % quantile is meaningless
 # Quantiles of the error over the samples, by name.
 STATISTICS = {"median": 0.5, "95 %": 0.95, "worst": 1.0}
-# Number of steps of the second run divided by that of the first. The only error of the exact method is that peaks are
-# evaluated at steps; half the step may miss the same peak, so it uses a larger number. The second run of an adaptive
-# method also has a tolerance divided by TIGHTER.
+# Factor on the number of steps in the second run. For the exact method it is larger (FINER_EXACT): its only error is
+# that peaks are evaluated at steps, and half the step may miss the same peak. The second run of an adaptive method also
+# has a smaller tolerance, by the factor TIGHTER.
 FINER, FINER_EXACT, TIGHTER = 2, 8, 1e-2
 
 
 def relative_errors(
     run: Ensemble, outputs: dict[str, np.ndarray], chosen: np.ndarray, reruns: Reruns | None = None
 ) -> dict[str, np.ndarray]:
-    """Return the relative error of every demand of chosen samples, from a run with half the step in float64.
+    """Estimate the relative error of every demand of chosen samples, by a second run at half the step in float64.
 
     Multistep methods are compared with RK4 at half the step.
 
     Args:
-        run: The run.
-        outputs: Outputs of the chosen samples; the last dimension is the sample.
-        chosen: Indices of the samples.
-        reruns: Reruns of earlier samples; None if no sample was rerun.
+        run: Ensemble of samples that were integrated.
+        outputs: Outputs of the chosen samples by name; the last dimension is the sample.
+        chosen: Indices of the chosen samples in the ensemble.
+        reruns: Reruns of earlier samples, which count for the limit on reruns; None: no earlier samples.
 
     Returns:
-        The error of each demand: the largest error over storeys (or degrees of freedom), divided by the largest value
-        over these, shape [sample]; NaN for a sample that failed in either run.
+        Relative error [1] by demand, shape [sample]: the largest error over storeys (or degrees of freedom), divided by
+        the largest value over storeys; NaN for a sample that failed in either run.
     """
     method = run.model.method
     finer = FINER_EXACT if method.kind == "exact" else FINER
@@ -51,7 +51,7 @@ def relative_errors(
 
 
 def _refined(run: Ensemble, chosen: np.ndarray, finer: int) -> Ensemble:
-    """Return a run of chosen samples in float64 with `finer` times the steps, also in all earlier events."""
+    """Return an ensemble of the chosen samples in float64 with `finer` times the steps, also in earlier events."""
     schedule = run.restepped(chosen, finer * run.schedule.substeps[chosen])
     is_adaptive = run.model.method.is_adaptive
     tolerance = max(run.tolerance * TIGHTER, LEAST_TOLERANCE["float64"]) if is_adaptive else run.tolerance
@@ -65,7 +65,7 @@ def _refined(run: Ensemble, chosen: np.ndarray, finer: int) -> Ensemble:
 def compare(
     run: Ensemble, outputs: dict[str, np.ndarray], reference: dict[str, np.ndarray], chosen: np.ndarray
 ) -> dict[str, np.ndarray]:
-    """Return the relative error of every demand compared with a reference; see `relative_errors`."""
+    """Return the relative error [1] of every demand against a reference run, by name; see `relative_errors`."""
     failed = (outputs["status"] >= DIVERGED) | (reference["status"] >= DIVERGED)
     sizes = dict(reference)
     if "peak_storey_drift" in reference:
@@ -74,7 +74,7 @@ def compare(
     for name, variable in run.model.demands.items():
         scale = np.max([_largest(sizes[key]) for key in (name, *variable.scale) if key in sizes], axis=0)
         one, other = outputs[name].astype(np.float64), reference[name]
-        # Samples that collapse in both runs have no residual drift.
+        # The residual drift is NaN in both runs if the sample collapses in both: the error is then 0.
         difference = _largest(np.where(np.isnan(one) & np.isnan(other), 0.0, one - other))
         with np.errstate(divide="ignore", invalid="ignore"):
             error = np.where(difference == 0, 0.0, difference / scale)
@@ -83,22 +83,22 @@ def compare(
 
 
 def _largest(values: np.ndarray) -> np.ndarray:
-    """Return the largest absolute value over all axes except the last (samples)."""
+    """Return the largest absolute value of each sample over its storeys or floors; the last axis is the sample."""
     return np.abs(values).reshape(-1, values.shape[-1]).max(axis=0)
 
 
 class ErrorEstimate:
-    """Relative errors of the demands of a share of a run's samples (at least 30), collected block by block.
+    """Estimate of the errors of a run: a share of its samples (at least 30) is rerun, and errors are collected.
 
     Args:
         samples: Number of samples of the run.
-        share: Share of the samples that are checked.
+        share: Share of the samples that are checked [1].
         seed: Seed of the random choice of samples.
         together: Number of samples that are rerun at a time.
-        chosen: The chosen samples, if another estimate of the same run has already chosen them.
+        chosen: Indices of the checked samples, if an estimate for another region of the same run has chosen them.
 
     Attributes:
-        reruns: Reruns of the checked samples.
+        reruns: Reruns of failed samples in the check runs.
     """
 
     def __init__(self, samples: int, share: float, seed: int, together: int, chosen: np.ndarray | None = None) -> None:
@@ -113,7 +113,7 @@ class ErrorEstimate:
         self._errors: list[dict[str, np.ndarray]] = []
 
     def add(self, run: Ensemble, outputs: dict[str, np.ndarray]) -> None:
-        """Add outputs (last dimension: sample) of the samples of a block that are checked and did not fail."""
+        """Add the outputs (last dimension: sample) of a block: of the samples that are checked and did not fail."""
         first, last = np.searchsorted(self.chosen, [run.sample[0], run.sample[-1] + 1])
         own = self.chosen[first:last] - run.sample[0]
         own = own[outputs["status"][own] < DIVERGED]
@@ -132,16 +132,19 @@ class ErrorEstimate:
         self._errors.append(relative_errors(run, whole, np.arange(run.sample.size), self.reruns))
 
     def found(self) -> list[dict[str, np.ndarray]]:
-        """Return the errors of the samples checked so far, by part and demand; give them to `include`."""
+        """Return the errors of all samples checked so far: a list of arrays by demand, for `include`."""
         self._run_again()
         return self._errors
 
     def include(self, errors: list[dict[str, np.ndarray]]) -> None:
-        """Add errors of later samples that were found in another process."""
+        """Add errors that another process found for later samples (result of its method `found`)."""
         self._errors += errors
 
     def result(self, demands: Sequence[str]) -> xr.Dataset:
-        """Return `estimated_relative_error` over `demand` and `error_statistic` (median, 95 % quantile and worst)."""
+        """Return a dataset with `estimated_relative_error` [1], shape [demand, error_statistic].
+
+        The error statistics are the median, the 95 % quantile and the largest error of the checked samples.
+        """
         self._run_again()
         demands = list(demands)
         values = np.full((len(demands), len(STATISTICS)), np.nan)
@@ -149,7 +152,7 @@ class ErrorEstimate:
         if self._errors and demands:
             errors = [np.concatenate([part[name] for part in self._errors]) for name in demands]
             count = errors[0].size
-            # A sample that fails with half the step counts as a sample with an infinite error.
+            # If a sample fails at half the step, its error counts as infinite.
             ordered = np.where(np.isnan(errors), np.inf, errors)
             values = np.quantile(ordered, list(STATISTICS.values()), axis=1, method="higher").T
         attributes = {
@@ -166,9 +169,9 @@ class ErrorEstimate:
 
 
 def joined(parts: Sequence[Ensemble]) -> Ensemble:
-    """Return the samples of several blocks of one run as one ensemble, on the device of the last block."""
+    """Return the samples of several ensembles of one run as one ensemble, on the device of the last one."""
     first = parts[0]
-    has_rows = bool(first.drawn) or first.before is not None  # if not, all samples have the same structure
+    has_rows = bool(first.drawn) or first.before is not None  # otherwise all samples have the same structure
     counts = [len(part.structures) for part in parts] if has_rows else [0] * len(parts)
     starts = np.cumsum([0, *counts[:-1]], dtype=np.int32)
     whole = Ensemble(

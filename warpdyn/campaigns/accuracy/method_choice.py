@@ -1,4 +1,4 @@
-"""Result of a pilot: the chosen method, the other candidates, and the cost of the scene."""
+"""Result of a pilot run (`plan`): the chosen method, the other candidates, and the cost of the scene."""
 
 from __future__ import annotations
 
@@ -11,15 +11,15 @@ from warpdyn.foundations.core.description import Text
 
 @dataclass(frozen=True)
 class MethodChoice:
-    """The cheapest method, step and dtype whose error is below a target.
+    """Result of `plan`: the cheapest method, step and number type (dtype) whose error is below the target.
 
     Args:
         method: Integration method.
         dtype: "float32" or "float64".
-        longest_step: Longest integration step [s]; the step of each motion is divided into the fewest equal steps that
-            are not longer.
-        table: The candidates: method, dtype, longest step, errors and time per sample, with the dimension `candidate`.
-        carried: Registers, memory traffic, steps and time of the scene with this choice; the keys contain the units,
+        longest_step: Longest integration step [s]. The step of each motion is divided into the smallest number of equal
+            steps that are not longer.
+        table: All candidates, along the dimension `candidate`: method, dtype, longest step, errors, time per sample.
+        carried: Registers, memory traffic, steps and time of the scene with this choice; each key contains the unit,
             such as "expected integration time [s]".
 
     Example:

@@ -1,4 +1,4 @@
-"""The cheapest method whose error is below a target, and the memory and time that a scene needs."""
+"""Choice of the cheapest method whose error is below a target by a pilot run; memory and time that a scene needs."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ from warpdyn.model.scene.plausibility import warn_of_implausible
 from warpdyn.model.scene.scene import Scene
 
 # Methods that were the cheapest for some scene and target error (within the scatter of the timings), and the cheapest
-# method without a stability limit. Other methods must be named by `method=`.
+# method without a stability limit. Any other method is used only if the user names it by `method=`.
 CANDIDATES = (
     "exact",
     "rk4",
@@ -38,16 +38,18 @@ CANDIDATES = (
     "newmark_linear",
     "newmark_average",
 )
-# Largest error in the pilot divided by the target, because the reference has a small error too.
+# The error in the pilot run must be below this share of the target, because the reference run has a small error too.
 SHARE_OF_TARGET = 0.9
-# Candidates for the number of steps in the first period; neighbours have a ratio of sqrt(2).
+# Candidates for the number of steps in the first period; each is sqrt(2) times the previous one.
 STEPS_PER_PERIOD = tuple(6.0 * 2.0 ** (k / 2) for k in range(18))
-REFERENCE_STEPS_PER_PERIOD, REFERENCE_ERROR = 1600.0, 1e-4  # reference run for this target; smaller targets need more
+# Steps per first period of the reference run for a target error of REFERENCE_ERROR; smaller targets need more steps.
+REFERENCE_STEPS_PER_PERIOD, REFERENCE_ERROR = 1600.0, 1e-4
 # Reject a method that needs more than MOST_HELD times as many steps for stability as for accuracy.
 MOST_HELD = 20.0
-PILOT_SAMPLES, MOST_STRUCTURES = {"cpu": 512, "cuda": 2**14}, 512  # enough for the lanes of a few threads, or a GPU
-TIMINGS = 5  # number of timings; the shortest counts
-QUANTILE = 0.95
+# Number of samples, and most structures: enough for a few CPU threads with all their vector lanes, or for a GPU.
+PILOT_SAMPLES, MOST_STRUCTURES = {"cpu": 512, "cuda": 2**14}, 512
+TIMINGS = 5  # number of timings of each candidate; the shortest time counts
+QUANTILE = 0.95  # share of the samples whose error must be below the target
 
 
 @takes_scene
@@ -62,23 +64,26 @@ def plan(
     device: str | collections.abc.Sequence[str] | None = None,
     threads: int | None = None,
 ) -> MethodChoice:
-    """Run a small pilot and choose the cheapest method, step and dtype whose error of the peak drift is below a target.
+    """Choose the cheapest method, step and number type for a target error of the peak drift, by a small pilot run.
 
-    For each method, the pilot finds the longest step whose error is below the target, in float32 or, if no step is
-    accurate enough, in float64; then it measures the times of these candidates. The error is that of each sample's peak
-    storey drift (of a LinearSystem: its peak displacement) compared with a run in float64 with a much shorter step,
-    divided by the sample's largest value. It must be below the target in 95 % of the pilot's samples. The table also
-    contains the largest error, which may be large if a sample is at a bifurcation.
+    For each method, the pilot run finds the longest step whose error is below the target, in float32 or, if no step is
+    accurate enough, in float64. Then it measures the times of these candidates. The error of a sample is the error of
+    its peak storey drift (LinearSystem: peak displacement) against a run in float64 with a much shorter step, divided
+    by the largest peak of the sample. It must be below the target in 95 % of the pilot's samples. The table of the
+    result also contains the largest error, which may be large if a sample is at a bifurcation.
 
     Args:
         scene: The scene.
-        target_error: Bound [1] on the relative error of 95 % of the samples.
-        structures: Number of structures in the planned run, to estimate its time; None: as in `simulate`.
+        target_error: Bound [1] on the relative error of the peak drift, for 95 % of the samples.
+        structures: Number of structures in the planned run, to estimate its time; None: the default of `simulate`.
         seed: Seed of the pilot's samples.
-        method: The method, if it is already chosen; None: try all methods that can be the cheapest.
-        dtype: "float32" or "float64", if it is already chosen.
-        device: As in `simulate`; if several are given, the pilot runs on the first.
-        threads: CPU threads; None for every core this process may use.
+        method: Name of the method, if it is already chosen; None: try all methods that can be the cheapest.
+        dtype: Number type, "float32" or "float64", if it is already chosen; None: "float32" if it is accurate enough.
+        device: Device, as in `simulate`; if several are given, the pilot uses the first.
+        threads: Number of CPU threads; None: every core that this process may use.
+
+    Returns:
+        The choice, with a table of all candidates and the expected time of the run.
 
     Raises:
         ValueError: If an argument is out of its range, or no candidate reaches the target.
@@ -115,7 +120,7 @@ def choose_method(
     device: str | collections.abc.Sequence[str] | None,
     threads: int | None,
 ) -> MethodChoice:
-    """Return the result of `plan` for a scene whose plausibility has been checked; arguments as in `plan`."""
+    """Return the result of `plan` for a scene whose plausibility was already checked; arguments: see `plan`."""
     check_target_error(target_error)
     if scene.structure.is_many:
         raise ValueError(
@@ -150,7 +155,7 @@ def choose_method(
             f"{STEPS_PER_PERIOD[-1]:.4g} steps in the first period (tried: {', '.join(methods)}): "
             "choose a larger target_error="
         )
-    # Time all candidates one after another, several times, so that a slow phase of the machine affects all of them.
+    # Time all candidates one after another, and repeat this, so that a slow phase of the machine affects all of them.
     seconds = np.min([[pilot.seconds(row[5]) for row in rows] for _ in range(TIMINGS)], axis=0)
     best = int(seconds.argmin())
     columns = {
@@ -173,7 +178,7 @@ def choose_method(
 
 
 class _Pilot:
-    """A few samples of a scene, with the peak drifts of a reference run with a very short step."""
+    """Pilot run: a few samples of a scene, with the peak drifts of a reference run at a very short step."""
 
     def __init__(self, scene: Scene, target_error: float, seed: int, device: str, threads: int | None) -> None:
         only = (scene.structure.demand,)
@@ -214,21 +219,36 @@ class _Pilot:
         )
 
     def _run(self, method: str, dtype: str, longest_step: float) -> tuple[Ensemble, float]:
-        """Return a stable run, and the number of its steps divided by the number asked for."""
+        """Return a run whose steps are stable, and the factor by which stability increased its number of steps.
+
+        Args:
+            method: Name of the method.
+            dtype: Number type.
+            longest_step: Upper bound of the steps [s], before they are divided for stability.
+        """
         run, vibration = self._prepared(method, dtype, longest_step)
         asked = run.schedule.substeps[self.chosen].mean()
         guard(run, vibration, "substep")
         return run, float(run.schedule.substeps[self.chosen].mean() / asked)
 
     def _error(self, run: Ensemble) -> tuple[float, float]:
-        """Return the 95 % quantile of the errors, and the largest error; a failed sample has an infinite error."""
+        """Return the 95 % quantile of the samples' relative errors [1], and the largest; failed samples: infinite."""
         outputs = integrate_guarded(run, self.chosen)
         [errors] = compare(run, outputs, self.reference, self.chosen).values()
         ordered = np.sort(np.where(np.isfinite(errors), errors, np.inf))
         return float(ordered[int(np.ceil(QUANTILE * ordered.size)) - 1]), float(ordered[-1])
 
     def longest_step(self, method: str, dtype: str, *, is_settled: bool) -> tuple[float, float, float, Ensemble] | None:
-        """Return the longest step [s] with an error below the target, its 95 % and largest error, and its run."""
+        """Find, by bisection, the longest step of a method whose error in the pilot is below the target.
+
+        Args:
+            method: Name of the method.
+            dtype: Number type.
+            is_settled: Whether the user chose the method, so that it is not rejected for its stability limit.
+
+        Returns:
+            The step [s], its 95 % error, its largest error, and the run with this step; None if no step is accurate.
+        """
         low, high, found = 0, len(STEPS_PER_PERIOD) - 1, None
         while low <= high:
             middle = (low + high) // 2
@@ -250,18 +270,18 @@ class _Pilot:
         return found
 
     def seconds(self, run: Ensemble) -> float:
-        """Return the integration time per sample [s]."""
+        """Integrate the pilot's samples and return the elapsed time per sample [s]."""
         started = time.perf_counter()
         run.integrate(self.chosen)
         return (time.perf_counter() - started) / self.chosen.size
 
 
 def carried_by(scene: Scene, run: Ensemble, structures: int, seconds_per_sample: float) -> dict[str, float]:
-    """Return the registers, memory traffic, steps and time of a scene; the keys contain the units.
+    """Return the registers, memory traffic, steps and time that a scene needs, by texts that contain the units.
 
     Args:
         scene: The scene, with its recorders.
-        run: A run of the pilot, which has fewer recorders.
+        run: A run of the pilot with the chosen method, which has fewer recorders than the scene.
         structures: Number of structures in the planned run.
         seconds_per_sample: Time per sample in the pilot [s].
     """

@@ -1,4 +1,4 @@
-"""Flags of unreliable samples: sensitive samples are run again with a shorter step and a slightly scaled motion."""
+"""Flag `unreliable`: sensitive samples are run again at half the step, also with a slightly scaled motion."""
 
 from __future__ import annotations
 
@@ -16,17 +16,18 @@ from warpdyn.foundations.core.output_variables import COLLAPSED, DIVERGED
 
 UNRELIABLE = "unreliable"
 NOT_CHECKED, NO, YES = -1, 0, 1
-# Two runs check a sample: each has a factor on the number of steps and a factor on the motion. The second run detects
-# samples at a bifurcation, whose response to the scaled motion is different. In a test with 20,160 samples of
-# `tests/random_scenes.py`, 44 had errors above 5 %: 43 of them changed by more than 2 % and were flagged, as were 1.7 %
-# of all samples; the other one, with an error of 40 %, changed by 1.3 %.
+# Two check runs, as (factor on the number of steps, factor on the motion). The run with a scaled motion detects samples
+# at a bifurcation, whose response to the scaled motion differs. In a test with 20,160 samples of
+# `tests/random_scenes.py`, 44 samples had errors above 5 %: 43 of them changed by more than 2 % and were flagged; the
+# other one, with an error of 40 %, changed by 1.3 %. In total, 1.7 % of all samples were flagged.
 OTHER_RUNS = ((2, 1.001), (2, 1.0))
-LEAST_SHARE_OF_LARGEST = 0.1  # changes are divided by the storey's peak, or this share of the largest peak if larger
-# Samples count as linear if their drifts are below this share of the yield drift and of the clearance: trilinear
-# storeys crack at a third of their yield force or more.
+# Changes are divided by the storey's peak, or by this share of the sample's largest peak if that is larger.
+LEAST_SHARE_OF_LARGEST = 0.1
+# A sample counts as linear if its drifts are below this share of the yield drift and of the clearance. The share is
+# below a third, because trilinear storeys crack at a third of their yield force or more.
 LINEAR_UNTIL = 0.3
-# If steps times storeys of a run are at most CHECKED_STEPS (a few seconds), all sensitive samples are checked. Larger
-# runs check a share of them and flag the others as not checked.
+# If the steps times storeys of a run are at most CHECKED_STEPS (a few seconds), all sensitive samples are checked. In a
+# larger run only a share of them is checked, and the others are flagged as not checked.
 CHECKED_STEPS, LEAST_CHECKED_SHARE = 1e8, 1 / 16
 GOLDEN = 0x9E3779B97F4A7C15  # 2^64 divided by the golden ratio: its multiples are spread evenly over 64 bits
 ATTRIBUTES: dict[str, object] = {
@@ -41,21 +42,22 @@ ATTRIBUTES: dict[str, object] = {
 
 
 def is_checked(model: Model) -> bool:
-    """Return whether some samples of a model must be checked."""
+    """Return whether samples of a model must be checked, because a small change may change their peak drifts a lot."""
     return model.dynamics.is_sensitive
 
 
 def checked_share(run: Run, event: int) -> float:
-    """Return the share of sensitive samples that are checked; it depends only on the size of the whole run."""
+    """Return the share [1] of sensitive samples that are checked in an event; it depends only on the whole run."""
     timeline = run.model.timeline
     steps = float(np.mean(timeline.intervals * timeline.substeps)) * run.model.plan.dofs * run.samples_by_event[event]
     return max(LEAST_CHECKED_SHARE, min(1.0, CHECKED_STEPS / max(steps, 1.0)))
 
 
 def sensitive_samples(run: Ensemble, samples: np.ndarray, outputs: Arrays) -> np.ndarray:
-    """Return which samples of a sensitive structure may have left their linear range, shape [sample].
+    """Return which samples may have left their linear range and did not fail, shape [sample].
 
-    If peaks are recorded only from a later time, all may have, because earlier peaks are unknown.
+    If peaks are recorded only from a later time on, these are all samples that did not fail, because earlier peaks are
+    unknown. Arguments: see `reliability`.
     """
     rows, of_sample = np.unique(run.row[samples], return_inverse=True)
     parameters = run.model.dynamics.parameters_of(run.drawn, rows)
@@ -77,14 +79,14 @@ def sensitive_samples(run: Ensemble, samples: np.ndarray, outputs: Arrays) -> np
 def reliability(
     run: Ensemble, samples: np.ndarray, outputs: Arrays, share: float, sensitive: np.ndarray | None = None
 ) -> np.ndarray:
-    """Return the flags of samples, shape [sample].
+    """Return the flag `unreliable` of samples, shape [sample]: YES, NO or NOT_CHECKED.
 
     Args:
-        run: The run.
-        samples: The samples.
-        outputs: Their outputs; the last dimension is the sample.
-        share: Share of the sensitive samples that are checked.
-        sensitive: Result of `sensitive_samples` for these samples; None to compute it.
+        run: Ensemble that contains the samples.
+        samples: Indices of the samples in the ensemble.
+        outputs: Outputs of the samples by name; the last dimension is the sample.
+        share: Share of the sensitive samples that are checked [1].
+        sensitive: Result of `sensitive_samples` for these samples; None: it is computed here.
     """
     flags = np.where(outputs["status"] < DIVERGED, NO, NOT_CHECKED).astype(np.int8)
     if not is_checked(run.model):
@@ -96,7 +98,7 @@ def reliability(
     chosen = np.flatnonzero(sensitive & is_chosen)
     if not chosen.size:
         return flags
-    part = run.select(samples[chosen])  # once: the host prepares them if their device prepared the run
+    part = run.select(samples[chosen])  # select once, because the host may have to prepare these samples
     for finer, factor in OTHER_RUNS:
         again = _run_again(part, finer, factor)
         is_far = _largest_change(outputs, chosen, again) > LARGEST_CHANGE
@@ -109,10 +111,10 @@ def reliability(
 
 
 def with_earlier(flags: np.ndarray, earlier: np.ndarray) -> np.ndarray:
-    """Return the flags of an event's samples; a sample is at most as reliable as the state from which it begins.
+    """Return the flags of an event's samples: a sample is not more reliable than the state from which it begins.
 
     Args:
-        flags: Flags computed from the event alone, shape [sample].
+        flags: Flags `unreliable` computed from the event alone, shape [sample].
         earlier: Flags of the same samples in the previous event, shape [sample].
     """
     found = np.where((flags == NO) & (earlier == NOT_CHECKED), NOT_CHECKED, flags)
@@ -120,27 +122,36 @@ def with_earlier(flags: np.ndarray, earlier: np.ndarray) -> np.ndarray:
 
 
 def _run_again(run: Ensemble, finer: int, factor: float) -> Arrays:
-    """Return the outputs of all samples of an ensemble with a shorter step and a scaled motion, sample last."""
+    """Integrate all samples of an ensemble with `finer` times the steps and a motion scaled by `factor`.
+
+    Returns the outputs by name; the last dimension is the sample.
+    """
     everything = np.arange(run.size)
     part = run.select(everything)
     part.assignment = replace(part.assignment, scale=part.assignment.scale * factor)
     part.schedule = part.restepped(everything, finer * part.schedule.substeps)
-    # A sample that fails in this run is unreliable. It gets no shorter step, because the rerun budget depends on the
-    # block.
+    # A sample that fails in this run counts as unreliable. It is not run again at a shorter step, because the limit on
+    # reruns would depend on the block.
     outputs = part.integrate(everything)
     rerun_in_float64(part, everything, outputs)
     return outputs
 
 
 def _largest_change(outputs: Arrays, chosen: np.ndarray, again: Arrays) -> np.ndarray:
-    """Return the largest relative change of a peak drift, infinite if the second run failed, shape [sample]."""
+    """Return the largest relative change of a storey's peak drift [1], shape [sample]; infinite if a rerun failed.
+
+    Args:
+        outputs: Outputs of all samples by name; the last dimension is the sample.
+        chosen: Indices of the samples that were run again.
+        again: Outputs of the chosen samples in the second run.
+    """
     peak, other = (
         np.abs(each.astype(np.float64))
         for each in (outputs["peak_storey_drift"][:, chosen], again["peak_storey_drift"])
     )
     largest = peak.max(axis=0)
-    # Peaks of a collapsed sample end when one storey exceeds its limit, so the peaks of the other storeys depend on the
-    # time of collapse.
+    # The peaks of a collapsed sample end when one storey exceeds its limit, so the peaks of its other storeys depend on
+    # the time of collapse: compare their changes with the largest peak.
     both_collapse = (outputs["status"][chosen] == COLLAPSED) & (again["status"] == COLLAPSED)
     scale = np.where(both_collapse, largest, np.maximum(peak, LEAST_SHARE_OF_LARGEST * largest))
     with np.errstate(divide="ignore", invalid="ignore"):

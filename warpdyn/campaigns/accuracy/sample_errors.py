@@ -1,4 +1,4 @@
-"""Error of each sample due to its step, and whether it is sensitive to small changes of the motion."""
+"""Estimated error of each sample due to its step, and the flag `sensitive` for samples that small changes affect."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from warpdyn.campaigns.integration.stability_guard import Reruns, integrate_guar
 from warpdyn.foundations.core.output_variables import DIVERGED
 
 SCALED_BY = 1.001  # factor on the motion in the run that detects sensitive samples
-UNKNOWN = -1  # flag of a failed sample
+UNKNOWN = -1  # value of the flag `sensitive` for a sample that failed
 ERROR, SENSITIVE = "estimated_relative_error_of_sample", "sensitive"
 ATTRIBUTES: dict[str, dict[str, object]] = {
     ERROR: {
@@ -35,16 +35,17 @@ PEAKS = ("peak_storey_drift", "peak_displacement")
 def fill_sample_errors(
     run: Ensemble, outputs: Arrays, rows: Arrays, asked: float, reruns: tuple[Reruns, Reruns]
 ) -> tuple[int, int]:
-    """Write the estimated error and the flag `sensitive` of every sample.
-
-    Return the number of samples with an error above `asked`, and the number of sensitive samples.
+    """Estimate the error and the flag `sensitive` of every sample by two more runs, and write them to `rows`.
 
     Args:
-        run: The samples.
-        outputs: Outputs of the samples; the last dimension is the sample.
-        rows: Arrays of the dataset to fill, with one row per sample.
-        asked: Relative error asked for.
-        reruns: Reruns of earlier samples, with half the step and with a scaled motion.
+        run: Ensemble of the samples.
+        outputs: Outputs of the samples by name; the last dimension is the sample.
+        rows: Arrays of the dataset's variables by name, shape [sample, ...].
+        asked: Relative error [1] that no sample may exceed.
+        reruns: Reruns of failed samples in the run at half the step, and in the run with a scaled motion.
+
+    Returns:
+        The number of samples with an error above `asked`, and the number of sensitive samples.
     """
     rows[ERROR][:], rows[SENSITIVE][:] = np.nan, UNKNOWN
     own = np.flatnonzero(outputs["status"] < DIVERGED)
@@ -53,7 +54,7 @@ def fill_sample_errors(
     part = run.select(own)
     found = {name: values[..., own] for name, values in outputs.items()}
     everything = np.arange(own.size)
-    # A sample that fails with half the step has an infinite error.
+    # If a sample fails at half the step, its error counts as infinite.
     error = _worst(relative_errors(part, found, everything, reruns[0]))
     scaled = run.select(own)
     scaled.assignment = replace(scaled.assignment, scale=scaled.assignment.scale * SCALED_BY)
@@ -64,6 +65,9 @@ def fill_sample_errors(
 
 
 def _worst(errors: Arrays) -> np.ndarray:
-    """Return the error of the peak drift if it is recorded, otherwise the largest error; infinite if a run failed."""
+    """Return each sample's error of the peak drift, or of all demands if no peak drift is recorded; inf if failed.
+
+    `errors` contains the relative errors [1] by demand, shape [sample]; NaN if one of the two runs failed.
+    """
     chosen = next(([errors[name]] for name in PEAKS if name in errors), list(errors.values()))
     return np.max([np.where(np.isnan(each), np.inf, each) for each in chosen], axis=0)

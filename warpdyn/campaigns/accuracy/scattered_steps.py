@@ -1,4 +1,4 @@
-"""Steps of samples whose period is far below the median period (the default step follows from the median)."""
+"""Steps of samples whose period is far below the median period: the default step is chosen for the median period."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from warpdyn.engine.methods.period_error import accurate_step
 LARGEST_PHASE_ERROR = (
     0.05  # phase error of the first mode at the end of the vibration [rad]; also ln of its amplitude error
 )
-# The instant at which a storey yields or meets a stop is known to within one step, so nonlinear samples have at least
-# FEWEST_STEPS_OF_NONLINEAR steps in their first period. For sensitive structures (with contact, damage or falling
-# strength) the step is also at most this share of the stable step: most random samples with errors above 5 % had longer
-# steps.
+# The time at which a storey yields or meets a stop is known to within one step, so nonlinear samples have at least
+# FEWEST_STEPS_OF_NONLINEAR steps in their first period. In sensitive structures (with contact, damage or falling
+# strength) the step is also at most SHARE_OF_STABLE_STEP_OF_SENSITIVE of the stable step: most random samples with
+# errors above 5 % had longer steps.
 FEWEST_STEPS_OF_NONLINEAR = 50
 SHARE_OF_STABLE_STEP_OF_SENSITIVE = 0.2
-ROUNDING = 1e-9  # relative excess of a step over its bound that is only rounding
+ROUNDING = 1e-9  # a step that exceeds its bound by this share is not too long: the excess is rounding
 
 
 def longest_steps(
@@ -32,18 +32,18 @@ def longest_steps(
     *,
     is_default: bool = False,
 ) -> np.ndarray:
-    """Return the longest steps [s] that limit the error of the first mode; at least the steps of the default rule.
+    """Return the longest steps [s] with an acceptable error of the first mode, not below the default steps.
 
-    The error of a vibration grows during the run, or until the vibration has decayed by a factor of e. Default steps of
-    nonlinear samples have further limits.
+    The phase error of a vibration grows during the run, or until the vibration has decayed by a factor of e. For
+    nonlinear samples with default steps, there are further limits.
 
     Args:
-        model: How the samples are integrated.
-        period: First periods of the structures [s], shape [...].
-        decay: Slowest rates of decay [1/s], shape [...].
-        stable: Longest stable steps [s], shape [...].
-        duration: Durations of the runs [s], shape [...].
-        is_default: Whether warpdyn chooses the steps.
+        model: Model of the run, with the integration method.
+        period: First periods of the structures [s], of any shape.
+        decay: Slowest rates of decay [1/s], of the same shape.
+        stable: Longest stable steps [s], of the same shape.
+        duration: Durations of the runs [s], of the same shape.
+        is_default: Whether warpdyn chooses the steps (not the user).
     """
     with np.errstate(divide="ignore"):
         remembered = np.minimum(duration, 1 / decay)
@@ -58,17 +58,17 @@ def longest_steps(
 
 
 def shorten_steps(run: Ensemble, vibration: Vibration, findings: StabilityFindings, *, divides: bool) -> None:
-    """Divide steps that are too long for the period of their sample, or (unless `divides`) count them for a warning.
+    """Divide steps that are too long for the period of their sample; without `divides`, count them for a warning.
 
     Args:
-        run: The samples; their schedule is changed.
-        vibration: Vibration properties of the structures.
-        findings: Collects the messages.
+        run: The samples; if `divides`, their schedule is changed.
+        vibration: Vibration of their structures.
+        findings: Findings on the run, to which too long steps are added.
         divides: Whether steps are divided.
     """
     schedule = run.schedule
-    # First check each structure with the longest step and the longest duration of its samples, because the limit
-    # decreases with the duration. Check single samples only for structures that fail this check.
+    # First compare, for each structure, the longest step of its samples with the bound for their longest duration
+    # (bounds decrease with the duration). Check single samples only for structures that fail this comparison.
     begins = np.append(0, np.flatnonzero(run.row[1:] != run.row[:-1]) + 1)
     duration = schedule.run_intervals * schedule.substeps * schedule.step
     row, step = run.row[begins], np.maximum.reduceat(schedule.step, begins)
@@ -97,10 +97,16 @@ def shorten_steps(run: Ensemble, vibration: Vibration, findings: StabilityFindin
 
 
 def is_too_long(step: np.ndarray, longest: np.ndarray) -> np.ndarray:
-    """Return which steps exceed the results of `longest_steps`."""
+    """Return which steps [s] exceed the bounds `longest` [s] from `longest_steps`, by more than rounding."""
     return step > longest * (1 + ROUNDING)
 
 
 def accurate_substeps(step: np.ndarray, substeps: np.ndarray, longest: np.ndarray) -> np.ndarray:
-    """Return the least numbers of steps in an interval with which steps do not exceed `longest`, as real numbers."""
+    """Return the smallest numbers of steps per interval with which steps do not exceed `longest` [s], in float64.
+
+    Args:
+        step: Present steps [s].
+        substeps: Present numbers of steps per interval.
+        longest: Longest accurate steps [s].
+    """
     return np.ceil(step * substeps / longest * (1 - ROUNDING))

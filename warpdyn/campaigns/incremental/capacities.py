@@ -1,4 +1,4 @@
-"""Incremental dynamic analysis: the capacity of every structure under every motion."""
+"""Incremental dynamic analysis (IDA): the capacity of every structure under every motion."""
 
 from __future__ import annotations
 
@@ -28,12 +28,12 @@ from warpdyn.model.scene.number_of_structures import number_of_structures, with_
 from warpdyn.model.scene.plausibility import warn_of_implausible
 from warpdyn.model.scene.scene import Scene
 
-PAIRS_AT_A_TIME = 2**16
-LARGEST_LIMIT = 1e9
+PAIRS_AT_A_TIME = 2**16  # number of pairs of a structure and a motion that are searched at the same time
+LARGEST_LIMIT = 1e9  # largest finite limit
 LARGEST_LADDER = 10.0  # largest ratio of neighbouring levels
-BYTES_OF_A_CAPACITY = 64  # memory for bracket, value, status and count while results are joined
+BYTES_OF_A_CAPACITY = 64  # memory of a pair's bracket, value, status and count while results are joined [bytes]
 FIRST_SHARE = 1e-3  # level of the elastic run, divided by the median intensity of the unscaled motions
-BEYOND_ELASTIC = 4.0  # highest level of a cloud, divided by the level at which the elastic response exceeds the limits
+BEYOND_ELASTIC = 4.0  # highest level of a cloud, divided by the level at which the elastic response reaches the limits
 
 
 @takes_scene
@@ -60,66 +60,68 @@ def capacities(
 ) -> xr.Dataset:
     """Find the intensity at which every structure first exceeds each limit, under every motion (IDA).
 
-    Each pair of a structure and a motion is run at increasing levels, up to the first level that exceeds the last
-    limit. Then each bracket, between the last level within a limit and the first level that exceeds it, is narrowed to
-    the tolerance: two levels are run on both sides of the point at which a power law through the ends of the bracket
-    reaches the limit. All pairs run at once, in about ten launches, and each history is used for all damage states. A
-    demand above the limit and a collapse both exceed it. Structures are those that `simulate` draws with the same seed.
-    For a damage state that either of two demands causes, call the function twice and use the smaller capacity.
+    A pair is a structure under a motion. Each pair is run at increasing levels, up to the first level at which the
+    demand exceeds the last limit. Each limit then has a bracket: the last level within the limit, and the first level
+    that exceeds it. The bracket is narrowed to the tolerance by two levels on both sides of the point at which a power
+    law through its ends reaches the limit. All pairs run at once, in about ten launches, and each history is used for
+    all damage states. A limit is exceeded by a larger demand and by a collapse. Structures are those that `simulate`
+    draws with the same seed. For a damage state that either of two demands causes, call the function for each demand
+    and use the smaller capacity.
 
     At `capacity_lower` and all lower levels that were run, the demand is within the limit; at `capacity_upper` it
     exceeds the limit. A demand need not grow with the intensity: it may exceed a limit between two levels and return.
     If neighbouring levels indicate this (a peak or a shoulder near the limit), levels between them are run. Collapses
-    at single levels are not indicated in this way; a smaller `ladder` detects more of them. In the README's first
-    study, none of 11,264 capacities is above the first of 200 levels that exceeds the limit; in a frame with
-    deteriorating storeys, a few per thousand are (at collapse), and none with `ladder=1.03`. A warning gives the share
-    of capacities above which the demand is within the limit again.
+    at single levels are not indicated in this way; a smaller `ladder` detects more of them. This was checked against
+    200 levels: in the README's first study, no capacity of 11,264 is above the first of these levels that exceeds the
+    limit. In a frame with deteriorating storeys a few per thousand are above it (at collapse), and none with
+    `ladder=1.03`. A warning gives the share of capacities above which the demand is within the limit again.
 
     Source: Vamvatsikos and Cornell (2002), "Incremental dynamic analysis", Earthquake Engineering and Structural
-        Dynamics 31(3). The search is that of Vamvatsikos and Cornell (2004, hunt and fill, Earthquake Spectra 20(2)),
-        for all pairs at once.
+        Dynamics 31(3). The search for all pairs at once follows Vamvatsikos and Cornell (2004, hunt and fill,
+        Earthquake Spectra 20(2)).
 
     Args:
         scene: The scene; its excitation is a Cloud or Stripes, whose motions are scaled and whose measure is the
             intensity. Recorders of the scene are ignored.
         limits: Limit of each damage state, from the lightest to the heaviest, in the units of the demand (storey drift
             ratio [1], floor acceleration [m/s2]). Only collapse exceeds a limit of `math.inf`.
-        structures: Number of structures to draw; each runs under every motion. None: for Stripes and random parameters,
-            3 structures per motion, or the number of `structures_per_motion`; otherwise 1, with a warning if parameters
-            are scattered. With structures of each motion, the dimension `structure` counts these, and
-            `drawn_structure` is the index of the drawn structure. To compare motions on the same structures, give
-            `structures`.
+        structures: Number of structures to draw; each runs under every motion. None: the number of
+            `structures_per_motion`, if the design has it; 3 structures per motion for Stripes and random parameters;
+            otherwise 1, with a warning if parameters are scattered. If each motion has its own structures, the
+            dimension `structure` counts the structures of a motion, and `drawn_structure` is the index of the drawn
+            structure. To compare motions on the same structures, give `structures`.
         demand: Name of a recorded variable, such as "peak_floor_acceleration"; the largest absolute value over storeys
             or floors counts.
         tolerance: Largest relative width of a bracket [1], capacity_upper / capacity_lower - 1.
         highest: Highest level [g, or SI units of a measure that is not an acceleration]; the capacity is infinite if
             the limit is not exceeded up to this level. None: the last level of Stripes; for a Cloud, four times the
-            level at which the elastic response of its first structure exceeds the limits. `math.inf`: as for a Cloud,
-            also for Stripes.
+            level at which the elastic response of its first structure exceeds the limits. `math.inf`: the rule for a
+            Cloud, also for Stripes.
         ladder: Ratio of neighbouring levels [1], at most 10. Each pair has its own levels below the highest.
-        reuse_elastic: Whether demands below the first yield are computed from one elastic run by scaling, without a
-            further run.
+        reuse_elastic: Whether demands below the first yield are computed by scaling one elastic run, without a further
+            run.
         keep_curves: Whether the dataset contains the demands at all levels that were run (IDA curves), with the
             dimension `sample`.
         added_storeys: Whether storeys of isolators or of a tuned mass damper, and the floors above them, count as
-            storeys of the building. Their collapse exceeds every limit in either case.
+            storeys of the building. In both cases a collapse of such a storey exceeds every limit.
         seed: Seed of every random draw.
         method: Integration method, as in `simulate`.
         step: Integration step [s], as in `simulate`.
         longest_step: Upper bound of the chosen steps [s], as in `simulate`.
         dtype: "float32" or "float64", as in `simulate`.
         on_unstable: Action if the step is beyond a structure's stability limit, as in `simulate`.
-        device: "cpu" or "cuda:0"; if several are given, the first is used; None for the first GPU, or the CPU without a
-            GPU.
-        threads: CPU threads; None for every core this process may use.
+        device: "cpu" or "cuda:0"; if several are given, the first is used. None: the first GPU, or the CPU if there is
+            no GPU.
+        threads: Number of CPU threads; None: every core that this process may use.
 
     Returns:
-        Dataset with the dimensions `structure`, `motion` and `damage_state`: `capacity`, the geometric mean of its
-        bracket `capacity_lower` and `capacity_upper` (capacity and upper end are infinite if the limit was not exceeded
-        up to the highest level: right-censored); `capacity_status` (found, above_highest, below_lowest, failed); and
-        `resurrections`, the number of run levels above the capacity, up to the first that exceeds the last limit, at
-        which the demand is within the limit. `keep_curves` adds `im_level`, the demand, `status`, `structure_index` and
-        `motion_index` of each level that was run, with the dimension `sample`.
+        Dataset with the dimensions `structure`, `motion` and `damage_state`. `capacity` is the geometric mean of the
+        ends of its bracket, `capacity_lower` and `capacity_upper`. If the limit was not exceeded up to the highest
+        level, `capacity` and `capacity_upper` are infinite (right-censored). `capacity_status` is found, above_highest,
+        below_lowest or failed. `resurrections` is the number of levels above the capacity at which the demand is within
+        the limit again (of the levels that were run up to the first that exceeds the last limit). `keep_curves` adds
+        `im_level`, the demand, `status`, `structure_index` and `motion_index` of each level that was run, with the
+        dimension `sample`.
 
     Raises:
         ValueError: If an argument is out of its range, limits do not increase, the demand is not recorded, or more than
@@ -138,9 +140,11 @@ def capacities(
     names, limit = list(checked.states), checked.values[0]
     tolerance = real_number("tolerance", tolerance, above=0)
     if not 1e-5 <= tolerance < 1:
-        raise ValueError(f"tolerance must be a relative width from 1e-5 to below 1, got {tolerance:g}")
+        raise ValueError(f"tolerance must be a relative width from 1e-5 to below 1, such as 0.02, got {tolerance:g}")
     if real_number("ladder", ladder, above=1) > LARGEST_LADDER:
-        raise ValueError(f"ladder={ladder:g} would miss capacities: it must be at most {LARGEST_LADDER:g}")
+        raise ValueError(
+            f"ladder={ladder:g} would miss capacities: give a ladder= of at most {LARGEST_LADDER:g}, such as 1.1"
+        )
     for name, choice in {"reuse_elastic": reuse_elastic, "keep_curves": keep_curves}.items():
         true_or_false(name, choice)
     integration = Integration(method=method, dtype=dtype, step=step, longest_step=longest_step, on_unstable=on_unstable)
@@ -204,7 +208,7 @@ def capacities(
 
 
 def _design_of(scene: Scene) -> Design:
-    """Return the scene's design, or raise an error unless its motions can be scaled."""
+    """Return the design of a scene (its motions and intensity measure); raise an error if it cannot be scaled."""
     design = scene.excitation
     if scene.structure.is_many:
         raise TypeError("capacities() needs a scene of one structure, got a Portfolio: give the scene of one archetype")
@@ -222,12 +226,12 @@ def _design_of(scene: Scene) -> Design:
         )
     bad = np.flatnonzero(~(design.intensities > 0))
     if bad.size:
-        raise ValueError(f"motion {bad[0]} ({design.motions[bad[0]].name!r}) has an intensity of 0: remove it")
+        raise ValueError(f"motion {bad[0]} ({design.motions[bad[0]].name!r}) has an intensity of 0: remove this motion")
     return design
 
 
 def _checked(limits: Mapping[str, float], demand: str) -> DamageLimits:
-    """Return the limits of one demand, which must not be too large for the search."""
+    """Return the checked limits of the damage states for one demand; raise an error if a limit is too large."""
     for name, value in limits.items() if isinstance(limits, Mapping) else ():
         if isinstance(value, Mapping):
             raise ValueError(
@@ -237,12 +241,15 @@ def _checked(limits: Mapping[str, float], demand: str) -> DamageLimits:
     checked = DamageLimits.of(limits, demand)
     for name, value in zip(checked.states, checked.values[0], strict=True):
         if LARGEST_LIMIT < value < np.inf:
-            raise ValueError(f"limits: {name!r} is {value:g}; it must be at most {LARGEST_LIMIT:g}, or math.inf")
+            raise ValueError(f"limits: {name!r} is {value:g}; give at most {LARGEST_LIMIT:g}, or math.inf")
     return checked
 
 
 def _warn_of_limits_beyond_collapse(scene: Scene, limits: Mapping[str, float]) -> None:
-    """Warn of drift limits above the drift ratio of collapse: histories end there."""
+    """Warn of drift limits above the collapse drift ratio, at which histories end: only collapses exceed them.
+
+    `limits` contains the drift limits by a text for the message, such as " of 'slight'".
+    """
     collapse = scene.collapse_limit
     for where, limit in limits.items():
         if collapse is not None and limit > collapse:
@@ -253,7 +260,7 @@ def _warn_of_limits_beyond_collapse(scene: Scene, limits: Mapping[str, float]) -
 
 
 def _recorders_for(scene: Scene, demand: str) -> tuple[str, ...]:
-    """Return the recorders of the demand and of drifts (which show whether a response is elastic)."""
+    """Return the recorders that the search needs: of the demand, and of drifts, which show when a storey yields."""
     table = RECORDERS[scene.structure.family]
     filled = {name: row for row, names in table.items() for name, variable in names.items() if variable.is_demand}
     drift = ("drift",) if "drift" in table else ()
@@ -264,7 +271,7 @@ def _recorders_for(scene: Scene, demand: str) -> tuple[str, ...]:
 
 
 def _highest_of(pairs: Pairs, limit: np.ndarray, motions: int) -> float:
-    """Return the highest level for a cloud, from the elastic response of the first structure."""
+    """Return the highest level of a cloud: BEYOND_ELASTIC times the level of the first structure's elastic capacity."""
     finite = limit[np.isfinite(limit)]
     needed = [pairs.collapse_level[:motions]] + ([pairs.elastic_level_of(finite[-1])[:motions]] if finite.size else [])
     known = np.concatenate(needed)
@@ -273,7 +280,7 @@ def _highest_of(pairs: Pairs, limit: np.ndarray, motions: int) -> float:
 
 
 def _refuse_failed(found: Found) -> None:
-    """Raise a ValueError if too many pairs failed; warn if some failed."""
+    """Raise a ValueError if more than LARGEST_EXCLUDED_FRACTION of the pairs failed; warn if fewer failed."""
     failed = found.failed
     count = int(failed.sum())
     if not count:
@@ -290,7 +297,7 @@ def _refuse_failed(found: Found) -> None:
 
 
 def _warn_of_resurrections(result: xr.Dataset) -> None:
-    """Warn of demands that are within a limit again at a level above the capacity."""
+    """Warn if demands are within a limit again at a level above the capacity, with the share for each damage state."""
     returned = result["resurrections"].values > 0
     if not returned.any():
         return

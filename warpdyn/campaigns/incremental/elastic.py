@@ -1,4 +1,4 @@
-"""Drifts up to which storeys are elastic, and drifts at which they collapse."""
+"""Drifts up to which storeys respond elastically, and drifts at which storeys collapse."""
 
 from __future__ import annotations
 
@@ -9,14 +9,14 @@ from warpdyn.model.structures.physics import capacities_of, inverse_drift_capaci
 
 
 def elastic_drifts(run: Ensemble) -> tuple[np.ndarray, np.ndarray]:
-    """Return the drift up to which each storey is linear, and the drift at which it collapses [m], [structure, storey].
+    """Return two drifts of each storey [m], [structure, storey]: the elastic limit and the collapse drift.
 
-    The first is 0 if a storey law is curved from the start (such as Bouc-Wen), or if the structure has another
-    nonlinear
-    part: a device, or a viscous damper whose force is a power of the velocity.
+    Up to the elastic limit the storey is linear. The limit is 0 if the storey law is curved from the start (such as
+    Bouc-Wen), or if the structure has another nonlinear part: a device, or a viscous damper whose force is a power of
+    the velocity.
 
     Args:
-        run: The structures.
+        run: Ensemble with the structures.
     """
     scene, plan = run.scene, run.plan
     count = len(run.rayleigh)

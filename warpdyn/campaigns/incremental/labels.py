@@ -1,4 +1,4 @@
-"""The dataset of capacities, from the levels that were run."""
+"""The dataset of capacities (intensities at which limits are first exceeded), from the levels that were run."""
 
 from __future__ import annotations
 
@@ -27,15 +27,15 @@ SOURCE = "first passage of each limit on increasing levels, bracketed (Vamvatsik
 
 @dataclass(eq=False)
 class Found:
-    """Results of the searches for all blocks of structures.
+    """Results of the capacity searches, collected for all blocks of structures.
 
     Args:
         names: Names of the damage states.
-        limit: Limits of the damage states.
+        limit: Limits of the damage states [units of the demand], shape [damage_state].
         demand: Name of the demand.
-        tolerance: Largest relative width of a bracket.
-        ladder: Ratio of neighbouring levels.
-        keep_curves: Whether all levels and demands are kept.
+        tolerance: Largest relative width of a bracket [1].
+        ladder: Ratio of neighbouring levels [1].
+        keep_curves: Whether all levels and demands that were run are kept (IDA curves).
     """
 
     names: list[str]
@@ -55,7 +55,7 @@ class Found:
     curves: list[tuple[np.ndarray, ...]] = field(default_factory=list)
 
     def add(self, search: Search) -> None:
-        """Add the results of a block of structures."""
+        """Add the results of the search for a block of structures."""
         pairs, levels = search.pairs, search.levels
         everything = np.arange(pairs.count)
         lower, upper, *_ = levels.brackets(everything, self.limit)
@@ -66,7 +66,8 @@ class Found:
         self.upper.append(upper.reshape(*shape, self.limit.size))
         self.failures.append(search.failed.reshape(shape))
         self.codes |= pairs.failure_codes
-        # Count only up to the level that exceeds the last limit: which higher levels were run depends on the device.
+        # Count levels only up to the one that exceeds the last limit: which higher levels were run depends on the
+        # device.
         with np.errstate(invalid="ignore"):
             is_counted = levels.level <= np.minimum(upper[:, -1], search.highest)[:, None]
             is_counted &= levels.demand < np.inf
@@ -87,16 +88,16 @@ class Found:
 
     @property
     def failed(self) -> np.ndarray:
-        """Which pairs failed, shape [structure, motion]."""
+        """Which pairs of a structure and a motion failed, shape [structure, motion]."""
         return np.concatenate(self.failures)
 
     def reasons(self) -> str:
-        """Return the numbers of failed histories by status, as text."""
+        """Return the kinds of failures that occurred, as text for a message."""
         return ", ".join(STATUS_MEANINGS[code] for code in sorted(self.codes)) or "no finite demand"
 
 
 def labelled_capacities(found: Found, run: Run, integration: Settled, highest: float) -> xr.Dataset:
-    """Return the dataset of capacities, with the settings of the run and the highest level in its attributes."""
+    """Return the dataset of capacities; its attributes contain the settings of the run and the highest level."""
     scene = run.model.scene
     design = scene.excitation
     assert isinstance(design, Design)
@@ -171,7 +172,7 @@ def _demand_units(demand: str, run: Run) -> str:
 
 
 def _levels_run(found: Found, run: Run, of_level: dict[str, Any], measure: dict[str, object]) -> dict[str, tuple]:
-    """Return the levels that were run and their demands, with the dimension `sample`."""
+    """Return the variables of all levels that were run (level, demand, status, indices), along `sample`, by name."""
     structure, motion, level, demand = (np.concatenate(column) for column in zip(*found.curves, strict=True))
     status = np.where(np.isnan(demand), DIVERGED, np.isposinf(demand)).astype(np.int8)
     meanings = STATUS_MEANINGS[: DIVERGED + 1]

@@ -1,4 +1,4 @@
-"""Pairs of a structure and a motion, whose demands are evaluated at any levels of intensity in one launch."""
+"""Pairs of a structure and a motion, whose demands are computed at any intensity levels in one launch."""
 
 from __future__ import annotations
 
@@ -25,16 +25,19 @@ from warpdyn.model.ground_motions.excitation import Assignment
 from warpdyn.model.structures.shear_building import ShearBuilding
 
 DRIFT_RATIO = "peak_storey_drift_ratio"
-# Demands that are zero for an elastic response, each with a non-zero demand that bounds it from above; the search
-# starts from the bound.
+# Demands that are 0 for an elastic response, each with another demand that is an upper bound and not 0; the search for
+# a capacity starts from this bound.
 NEVER_ABOVE = {"residual_drift_ratio": DRIFT_RATIO, "hysteretic_energy": "input_energy"}
-WITHIN = 0.999  # a storey counts as elastic up to this share of its yield drift, because of rounding
+WITHIN = 0.999  # a storey counts as elastic up to this share of its yield drift, to allow for rounding
 
 
 def structures_of_pairs(design: Design, structures: np.ndarray) -> np.ndarray:
     """Return the index of the structure that runs under each motion, shape [structure, motion].
 
-    If each motion has its own structures, `structures` contains indices among the structures of a motion.
+    Args:
+        design: The design with its motions.
+        structures: Indices of structures. If each motion has its own structures (nested design), these are indices
+            among the structures of one motion.
     """
     own = design.own_structures
     motions = np.arange(len(design.motions))
@@ -44,34 +47,34 @@ def structures_of_pairs(design: Design, structures: np.ndarray) -> np.ndarray:
 
 
 class Pairs:
-    """All pairs of some structures and the motions of a run.
+    """All pairs of a structure and a motion, for some structures and all motions of a run.
 
     Args:
-        run: The run; its scene's excitation is a design.
-        structures: Indices of the structures, increasing; if each motion has its own structures, their indices among
-            the structures of a motion.
+        run: The prepared run; the excitation of its scene is a design.
+        structures: Indices of the structures, increasing. If each motion has its own structures (nested design), these
+            are indices among the structures of one motion.
         demand: Name of the demand; the largest value over storeys, floors or degrees of freedom counts.
         integration: Integration settings.
-        queue: Queue of the device.
-        first_level: Level of the elastic run, at which nothing yields.
-        findings: Collects messages about the stability of the pairs.
+        queue: Device queue.
+        first_level: Intensity level of the elastic run, at which no storey yields.
+        findings: Findings on the stability of the pairs, which are updated.
         advance: Function that is called with the number of histories that were finished since its last call.
         reuse_elastic: Whether demands below the first yield are computed from the elastic run by scaling.
         added_storeys: Whether storeys of isolators or of a tuned mass damper count.
 
     Attributes:
         structures: Index of each pair's structure, shape [structure, motion].
-        count: Number of pairs; a structure's pairs are contiguous, in the order of the motions.
-        first_step: Random share between 0 and 1, shape [pair]; it multiplies the first step from the highest level
-            downwards, so that pairs have different levels.
+        count: Number of pairs; the pairs of a structure are contiguous, in the order of the motions.
+        first_step: Random number between 0 and 1, shape [pair]. It multiplies the first step from the highest level
+            downwards, so that different pairs have different levels.
         first_demand: Demand at `first_level`, shape [pair].
-        guide: `first_demand`, or a demand that bounds it from above, shape [pair].
-        exponent: The demand of an elastic response is proportional to level^exponent.
-        elastic_level: Level up to which the response is elastic, shape [pair]; 0 if unknown.
-        collapse_level: Level at which an elastic response would reach the drift of collapse, shape [pair].
-        histories: Number of histories that were run.
+        guide: `first_demand`, or another demand at `first_level` that is an upper bound of it, shape [pair].
+        exponent: Exponent e, if the demand of an elastic response is proportional to level^e.
+        elastic_level: Level up to which the response is elastic, shape [pair]; 0 if it is unknown.
+        collapse_level: Level at which an elastic response would reach the collapse drift, shape [pair].
+        histories: Number of histories that were integrated.
         waves: Number of launches.
-        failure_codes: Status of the histories that failed.
+        failure_codes: Status codes of the histories that failed.
     """
 
     def __init__(
@@ -120,7 +123,7 @@ class Pairs:
         self._find_elastic_response(first_level, reuse_elastic)
 
     def _find_elastic_response(self, level: float, reuse_elastic: bool) -> None:
-        """Run every pair at a low level, and find the level up to which its response is elastic."""
+        """Integrate every pair at a low level, and find the level up to which its response is elastic."""
         variables = self.whole.model.variables
         degree = 2 if self.demand in variables and variables[self.demand].units == "J" else 1
         self.exponent, self.first_level = degree / self.power, level
@@ -140,23 +143,26 @@ class Pairs:
                 self.collapse_level = level * np.nanmin(collapse[row] / peaks, axis=1) ** self.power
         else:  # a LinearSystem
             factor = np.full(self.count, np.inf)
-        # The first run is not elastic if it exceeds the first yield drift.
+        # If the first run already exceeds the first yield drift, it is not elastic.
         known = (factor > 1) & np.isfinite(self.first_demand)
         # If peaks are recorded only from a later time, they do not show whether a storey yields earlier.
         if reuse_elastic and self.whole.scene.record_from == 0:
             self.elastic_level = np.where(known, level * np.where(known, factor, 1.0) ** self.power, 0.0)
 
     def elastic_level_of(self, limit: float) -> np.ndarray:
-        """Return the level at which the elastic response, or its upper bound, would reach a limit, shape [pair]."""
+        """Return the level at which the elastic response (or its upper bound) would reach a limit, shape [pair].
+
+        `limit` is a value of the demand, in the units of the demand.
+        """
         with np.errstate(divide="ignore"):
             return self.first_level * (limit / self.guide) ** (1 / self.exponent)
 
     def demands(self, pair: np.ndarray, level: np.ndarray) -> np.ndarray:
-        """Return the demand of pairs at levels [units of the measure]; infinite after a collapse, NaN if failed.
+        """Return the demand of pairs at given levels, shape [evaluation]; infinite after a collapse, NaN if failed.
 
         Args:
-            pair: Indices of the pairs, which may be repeated, shape [evaluation].
-            level: Level of each evaluation, shape [evaluation].
+            pair: Index of the pair of each evaluation, shape [evaluation]; pairs may be repeated.
+            level: Level of each evaluation [units of the intensity measure], shape [evaluation].
         """
         with np.errstate(invalid="ignore", over="ignore"):
             found = self.first_demand[pair] * (level / self.first_level) ** self.exponent
@@ -167,7 +173,10 @@ class Pairs:
         return found
 
     def _run(self, pair: np.ndarray, level: np.ndarray) -> Arrays:
-        """Return all recorded variables of pairs at levels; the last dimension is the sample."""
+        """Integrate pairs at given levels, and return all recorded variables by name; the last dimension is the sample.
+
+        `pair` and `level` have the shape [evaluation]; each evaluation is one sample.
+        """
         stop_if_asked()
         whole = self.whole
         scale = (level / self.intensities[whole.assignment.motion[pair]]) ** (1 / self.power)
@@ -199,12 +208,12 @@ class Pairs:
         return outputs
 
     def _worst(self, demand: str, pair: np.ndarray, outputs: Arrays) -> np.ndarray:
-        """Return the largest value of a demand in each sample, shape [sample]."""
+        """Return the largest demand over storeys or floors, shape [sample]; inf after a collapse, NaN if failed."""
         name = "peak_storey_drift" if demand == DRIFT_RATIO else demand
         values = np.abs(outputs[name].astype(np.float64)).reshape(-1, pair.size)
         if demand == DRIFT_RATIO:
             values = values / self.whole.heights_of(pair)
-        if len(values) == self.counted.size:  # demands of storeys, or of the floors above them
+        if len(values) == self.counted.size:  # one value for each storey, or for the floor above each storey
             values = values[self.counted]
         worst, status = values.max(axis=0), outputs["status"]
         return np.where(status == COLLAPSED, np.inf, np.where(status >= DIVERGED, np.nan, worst))

@@ -1,4 +1,4 @@
-"""The search for the first level that exceeds each limit: first increasing levels, then narrower brackets."""
+"""Search for the lowest level at which a demand exceeds each limit: increasing levels first, then narrower brackets."""
 
 from __future__ import annotations
 
@@ -9,30 +9,30 @@ import numpy as np
 from warpdyn.campaigns.incremental.pairs import Pairs
 
 # The lowest level of a pair is START times the level at which its elastic response would reach the first limit. If the
-# demand there is above LOW_ENOUGH times the limit, lower levels are run too.
+# demand at this level is above LOW_ENOUGH times the limit, lower levels are run too.
 START, LOW_ENOUGH = 0.3, 0.6
-# In a launch, the levels of a pair rise by a factor of about RISE, in at most MOST_LEVELS levels. If few pairs are
-# left, more levels are run, because a launch of FULL_LAUNCH histories takes no longer than a smaller one.
+# In one launch, the levels of a pair rise by a factor of about RISE, in at most MOST_LEVELS levels. If few pairs are
+# left, more levels are run: a launch with up to FULL_LAUNCH histories takes no longer than a smaller one.
 RISE, MOST_LEVELS, FULL_LAUNCH = 1.5, 4, {"cpu": 2**4, "cuda": 2**16}
-# First narrow a bracket by interpolation, INTERPOLATIONS times. Then, because a demand may jump, divide the bracket
-# into at most MOST_PARTS parts: from a ratio of 1.1 to a tolerance of 2 % it is divided into five parts (four
-# histories), which costs as much as dividing it twice into three.
+# A bracket is first narrowed by interpolation, INTERPOLATIONS times. If this is not enough, because a demand may jump,
+# the bracket is divided into at most MOST_PARTS parts. Example: from a ratio of 1.1 to a tolerance of 2 %, five parts
+# need four histories, which is the cost of two divisions into three parts.
 INTERPOLATIONS, MOST_PARTS = 2, 5
-ROUNDING = 0.98  # width of a new bracket divided by the tolerance
+ROUNDING = 0.98  # width of a new bracket, divided by the tolerance
 
 
 @dataclass(eq=False)
 class Levels:
-    """The levels at which pairs were evaluated, with their demands.
+    """The intensity levels at which pairs (of a structure and a motion) were evaluated, with their demands.
 
     Args:
         pairs: Number of pairs.
 
     Attributes:
-        level: Level of each slot, shape [pair, slot]; infinite if the slot is empty.
+        level: Level of each evaluation, shape [pair, slot]; infinite in empty slots.
         demand: Demand at the level, shape [pair, slot]; infinite after a collapse, NaN if the history failed.
-        is_run: Whether the history was run (not computed from an elastic response by scaling), shape [pair, slot].
-        used: Number of used slots, shape [pair].
+        is_run: Whether the history was integrated, instead of scaled from an elastic response, shape [pair, slot].
+        used: Number of used slots of each pair, shape [pair].
     """
 
     pairs: int
@@ -48,7 +48,7 @@ class Levels:
         self.used = np.zeros(self.pairs, dtype=np.int64)
 
     def add(self, pair: np.ndarray, level: np.ndarray, demand: np.ndarray, is_run: np.ndarray) -> None:
-        """Add evaluations, shape [evaluation]; those of one pair must be contiguous."""
+        """Add evaluations (pair, level, demand, is_run), shape [evaluation]; each pair's evaluations are contiguous."""
         begins = np.flatnonzero(np.append(True, np.diff(pair) != 0)) if pair.size else np.arange(0)
         counts = np.diff(np.append(begins, pair.size))
         slot = self.used[pair] + np.arange(pair.size) - np.repeat(begins, counts)
@@ -62,21 +62,22 @@ class Levels:
         self.used[pair[begins]] += counts
 
     def brackets(self, rows: np.ndarray, limit: np.ndarray) -> tuple[np.ndarray, ...]:
-        """Return the first level that exceeds each limit and the level before it, with their demands.
+        """Return the lowest level that exceeds each limit and the highest level below it, with their demands.
 
         Args:
-            rows: The pairs, shape [row].
-            limit: The limits, shape [damage_state].
+            rows: Indices of the pairs, shape [row].
+            limit: The limits [units of the demand], shape [damage_state].
 
         Returns:
-            Lower and upper levels and their demands, each of shape [row, damage_state]. The demand at level 0 is 0; the
-            upper level is infinite if the limit was not exceeded.
+            Lower level, upper level, demand at the lower level, demand at the upper level, each of shape [row,
+            damage_state]. If there is no lower level, it is 0 with the demand 0. If no level exceeds the limit, the
+            upper level is infinite.
         """
         level, demand = self.level[rows], self.demand[rows]
         found = np.empty((4, rows.size, limit.size))
         place = np.arange(rows.size)
         for state, value in enumerate(limit):
-            # Only collapse exceeds an infinite limit.
+            # An infinite limit is exceeded only by collapse.
             passes = demand > value if np.isfinite(value) else np.isposinf(demand)
             above = np.where(passes, level, np.inf)
             first = above.argmin(axis=1)
@@ -90,19 +91,19 @@ class Levels:
         return found[0], found[1], found[2], found[3]
 
     def near_peaks(self, rows: np.ndarray, limit: np.ndarray, upper: np.ndarray, narrowest: float) -> np.ndarray:
-        """Return levels near which a demand may exceed a limit and return, shape [row, any]; NaN if none is needed.
+        """Return levels near which a demand may exceed a limit and fall below it again, shape [row, any].
 
-        They are halfway to the neighbours of two kinds of levels:
+        Unused places are NaN. The levels are halfway to the neighbours of two kinds of levels:
 
         - peaks: the demand is larger than at both neighbouring levels, and would exceed the limit if it grew further in
           proportion to the level;
-        - shoulders: between two levels the demand grows less than half as steeply as before, and would exceed the limit
-          halfway if it grew as steeply as before.
+        - shoulders: above the level the demand grows less than half as steeply as below it, and would exceed the limit
+          halfway to the next level if it grew as steeply as below.
 
         Args:
-            rows: The pairs, shape [row].
-            limit: The limits, shape [damage_state].
-            upper: The first level that exceeds each limit, shape [row, damage_state].
+            rows: Indices of the pairs, shape [row].
+            limit: The limits [units of the demand], shape [damage_state].
+            upper: Lowest level that exceeds each limit, shape [row, damage_state].
             narrowest: Logarithm of the smallest ratio of two levels between which another level is run.
         """
         order = np.argsort(self.level[rows], axis=1)
@@ -128,19 +129,19 @@ class Levels:
 
 @dataclass(eq=False)
 class Search:
-    """The search over all pairs at once.
+    """Search for the capacities of all pairs (of a structure and a motion) at the same time.
 
     Args:
         pairs: The pairs.
-        limit: Limits of the damage states, increasing, shape [damage_state]; infinite for collapse.
+        limit: Limits of the damage states, increasing, shape [damage_state]; infinite: exceeded only by collapse.
         highest: Highest level.
-        ratio: Ratio of neighbouring levels below the highest.
-        tolerance: Largest relative width of a bracket.
+        ratio: Ratio of neighbouring levels.
+        tolerance: Largest relative width of a bracket [1].
 
     Attributes:
-        levels: The levels that were evaluated.
-        failed: Whether a history of the pair failed below the first level that exceeds the last limit, shape [pair].
-        levels_at_a_time: Smallest number of levels of a pair in a launch.
+        levels: All levels that were evaluated.
+        failed: Whether a history of the pair failed below the lowest level that exceeds the last limit, shape [pair].
+        levels_at_a_time: Smallest number of levels of a pair in one launch.
     """
 
     pairs: Pairs
@@ -161,37 +162,37 @@ class Search:
         self.levels.add(everything, first, pairs.first_demand, np.ones(pairs.count, dtype=bool))
 
     def run(self) -> None:
-        """Run increasing levels, and then narrow every bracket."""
+        """Evaluate increasing levels of every pair, and then narrow every bracket to the tolerance."""
         self._increase()
         self._narrow()
 
     def _evaluate(self, pair: np.ndarray, level: np.ndarray) -> None:
-        """Evaluate pairs (in increasing order) at levels in one launch."""
+        """Evaluate pairs (increasing indices, shape [evaluation]) at given levels in one launch; keep the demands."""
         demand = self.pairs.demands(pair, level)
         self.levels.add(pair, level, demand, level > self.pairs.elastic_level[pair])
         bad = np.isnan(demand)
         if bad.any():
-            # Which levels of a pair are run above its last capacity depends on the other pairs of the launch, so
-            # failures there do not count.
+            # Failures above a pair's last capacity do not count, because other pairs of the launch decide which levels
+            # are run there.
             last = self.levels.brackets(pair[bad], self.limit[-1:])[1][:, 0]
             self.failed[pair[bad][level[bad] < last]] = True
 
     def _levels(self, pair: np.ndarray, number: np.ndarray) -> np.ndarray:
-        """Return levels of pairs from their index, counted from the highest level (0) downwards.
+        """Return levels of pairs from level numbers, which are counted downwards from the highest level (number 0).
 
-        The first step of each pair is a random share, so that brackets of different pairs have different ends: the
-        uncertainty of capacities within their brackets then averages out, even for wide brackets.
+        The first step of each pair is a random share of a full step, so that the brackets of different pairs have
+        different ends. The uncertainty of capacities within their brackets then averages out, even for wide brackets.
         """
         steps = np.where(number > 0, number - 1 + self.pairs.first_step[pair], 0.0)
         return self.highest * self.ratio**-steps
 
     def _numbers_below(self, level: np.ndarray) -> np.ndarray:
-        """Return for each pair the index of its highest level that is not above the given level."""
+        """Return, for each pair, the number of its highest level that is not above the given level, shape [pair]."""
         steps = np.log(self.highest / level) / np.log(self.ratio) - 1e-9
         return np.where(steps > 0, np.maximum(np.ceil(steps - self.pairs.first_step), 0) + 1, 0).astype(np.int64)
 
     def _increase(self) -> None:
-        """Evaluate increasing levels of each pair, up to the first that exceeds the last limit."""
+        """Evaluate increasing levels of each pair, up to the lowest level that exceeds the last limit."""
         pairs = self.pairs
         finite = self.limit[np.isfinite(self.limit)]
         with np.errstate(invalid="ignore"):
@@ -199,7 +200,7 @@ class Search:
                 pairs.elastic_level_of(finite[end]) if finite.size else pairs.collapse_level for end in (0, -1)
             )
         lowest = self._numbers_below(np.clip(np.nan_to_num(START * first), pairs.first_level, self.highest))
-        # The first launch runs the levels up to the limit that the elastic displacements would need.
+        # The first launch contains the levels up to the one at which the elastic response would reach the last limit.
         until = np.minimum(self._numbers_below(np.clip(np.nan_to_num(last), pairs.first_level, self.highest)), lowest)
         following = lowest.copy()
         active = np.flatnonzero(~self.failed)
@@ -217,9 +218,9 @@ class Search:
         self._decrease(lowest)
 
     def _decrease(self, lowest: np.ndarray) -> None:
-        """Evaluate lower levels of pairs whose demand at the lowest level is near the first limit."""
+        """Evaluate lower levels of each pair whose demand at its lowest level is near or above the first limit."""
         active = np.flatnonzero(~self.failed)
-        # A limit that only collapse exceeds counts as near if the sample collapsed.
+        # If the first limit is infinite (exceeded only by collapse), only collapsed samples need lower levels.
         near = LOW_ENOUGH * self.limit[:1] if np.isfinite(self.limit[0]) else self.limit[:1]
         count = self.levels_at_a_time
         while active.size:
@@ -235,18 +236,18 @@ class Search:
             lowest[active] += count
 
     def _narrow(self) -> None:
-        """Evaluate levels within each bracket until all are as narrow as the tolerance."""
+        """Evaluate levels within each bracket until every bracket is as narrow as the tolerance."""
         active = np.flatnonzero(~self.failed)
         attempt = 0
         while active.size:
             lower, upper, below, above = self.levels.brackets(active, self.limit)
             is_open = np.isfinite(upper) & (lower > 0)
             with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
-                is_open &= upper / lower > (1 + self.tolerance) * (1 + 1e-9)  # or exactly the ratio
+                is_open &= upper / lower > (1 + self.tolerance) * (1 + 1e-9)  # a bracket of exactly this ratio is done
                 level = self._between(lower, upper, below, above, by_interpolation=attempt < INTERPOLATIONS)
             level[:, ~is_open] = np.nan
             near = self.levels.near_peaks(active, self.limit, upper, np.log1p(self.tolerance))
-            # Sort the levels of a pair; a level that two damage states need is run once.
+            # Sort the levels of each pair; a level that two damage states need is run once.
             level = np.sort(np.concatenate([*level, near], axis=1), axis=1)
             with np.errstate(invalid="ignore"):
                 level[:, 1:][np.diff(level, axis=1) <= 1e-9 * level[:, 1:]] = np.nan
@@ -260,11 +261,16 @@ class Search:
     def _between(
         self, lower: np.ndarray, upper: np.ndarray, below: np.ndarray, above: np.ndarray, *, by_interpolation: bool
     ) -> np.ndarray:
-        """Return levels within each bracket, shape [any, pair, damage_state]; NaN if no level is needed.
+        """Return levels to run within each bracket, shape [any, pair, damage_state]; NaN in unused places.
 
-        Two levels, one tolerance apart, are on both sides of the point at which a power law between the ends reaches
-        the limit. If an end collapsed, or interpolation has not narrowed the bracket enough, levels divide the bracket
-        instead.
+        Interpolation: two levels, one tolerance apart, enclose the point at which a power law through the ends of the
+        bracket reaches the limit. Division: levels divide the bracket into equal parts on a logarithmic scale. Division
+        is used if an end of the bracket collapsed, or without `by_interpolation`.
+
+        Args:
+            lower, upper: Ends of the brackets, shape [pair, damage_state].
+            below, above: Demands at these ends.
+            by_interpolation: Whether interpolation is used if possible.
         """
         width = np.log1p(self.tolerance) * ROUNDING
         low, high = np.log(lower), np.log(upper)

@@ -1,4 +1,4 @@
-"""Equations of motion of shear chains: their vibration, their modes, and the arrays that kernels read."""
+"""Equations of motion of shear chains: their linear vibration, their modes, and the arrays that kernels read."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ from warpdyn.model.structures.physics import (
 )
 from warpdyn.model.structures.shear_building import ShearBuilding
 
-# Damping rate of a storey without dashpots [1/s]: the frequencies of a chain need stiffnesses above 0.
+# Least damping rate of a storey without dashpots [1/s]: the eigenvalue solver needs stiffnesses above 0.
 LEAST_RATE = 1e-20
 
 
@@ -57,8 +57,8 @@ class ChainDynamics(Dynamics):
         # Under gravity a storey that has yielded may lose its stiffness.
         falls_over = bool(self.physics) and not structure.storey_law.has_only_linear_springs
         self.is_sensitive = falls_over or structure.storey_law.is_sensitive(values)
-        # Rayleigh damping is proportional to the stiffness of the springs, without P-Delta, which has no dashpots. The
-        # damping ratio is given at the frequencies with P-Delta. OpenSees does the same.
+        # Rayleigh damping is proportional to the stiffness of the springs without P-Delta, because P-Delta adds no
+        # dashpots. The damping ratio is given at the frequencies with P-Delta. OpenSees does the same.
         is_short = inherent.is_of_springs and bool(self.physics)
         self.couples_modes = inherent.is_uneven or self.viscous_dampers != "none" or is_short
         self.needs_eigenvalues = self.couples_modes
@@ -69,8 +69,8 @@ class ChainDynamics(Dynamics):
         frequency = circular_frequencies(mass, effective).T  # [mode, structure]
         period, rayleigh = 2 * np.pi / frequency[0], inherent.rayleigh(parameters, frequency)
         if self.couples_modes:
-            # Up to 1 m/s, the force C |v|^a of a damper with an exponent a below 1 is at least C |v|, that of a linear
-            # damper. So the decay is computed with the coefficient C.
+            # For velocities up to 1 m/s, a damper with an exponent a below 1 has a force C |v|^a of at least C |v|, the
+            # force of a linear damper with the coefficient C. So the decay is computed with a linear damper.
             slope = 0.0 if self.viscous_dampers == "none" else parameters["damper_coefficient"]
             steepest = steepest_damping(parameters) if self.viscous_dampers == "power" else slope
             if self.forces.is_linear or inherent.has_own_matrix or amplifies_undamped(method):
@@ -83,8 +83,8 @@ class ChainDynamics(Dynamics):
                 rate = highest_damping_rate(mass, matrix)
                 stable = stable_step_of_eigenvalues(method, eigenvalues, frequency[-1], rate)
             else:
-                # The limit of yielding structures, below, is that of all oscillators with at most this frequency and
-                # rate. Each motion of the elastic structure is one of them.
+                # The stability limit of yielding structures (below) applies to all oscillators with at most this
+                # frequency and rate, and each mode of the elastic structure is one of these oscillators.
                 decay = slowest_decays(mass, effective, rayleigh[0], inherent.all_dashpots(parameters, rayleigh, slope))
                 dashpots = np.maximum(inherent.all_dashpots(parameters, rayleigh, steepest), LEAST_RATE * mass)
                 rate = rayleigh[0] + circular_frequencies(mass, dashpots)[:, -1] ** 2
@@ -95,7 +95,7 @@ class ChainDynamics(Dynamics):
             stable = stable_step(method, frequency, ratios).min(axis=0)
             rates = ratios * frequency
             rate = 2 * rates.max(axis=0)
-            # An overdamped mode has two rates of decay; take the slower one.
+            # An overdamped mode has two rates of decay; the slower one is used.
             over = np.maximum(ratios, 1)
             decay = np.where(ratios > 1, frequency / (over + np.sqrt(over**2 - 1)), rates).min(axis=0)
         if not self.forces.is_linear:
@@ -103,7 +103,7 @@ class ChainDynamics(Dynamics):
             is_stiffer = may_be_true(stiffest > effective)
             highest = circular_frequencies(mass, stiffest)[:, -1] if is_stiffer else frequency[-1]
             if inherent.follows_tangent:
-                # The stiffest tangent adds to the dashpots; P-Delta does not reduce them.
+                # The stiffest tangent of the springs increases the dashpots; P-Delta does not reduce them.
                 springs = circular_frequencies(mass, law.stiffest(parameters))[:, -1]
                 rate = np.maximum(rate, rate + rayleigh[1] * (springs**2 - frequency[-1] ** 2))
             rate = np.maximum(rate, law.relaxation_rate(parameters).max(axis=-1))
@@ -111,7 +111,7 @@ class ChainDynamics(Dynamics):
         return period, decay, stable, rayleigh.T
 
     def modes(self, parameters: Arrays, excitation: Excitation, *, is_coupled: bool) -> Modes:
-        """Return the modes of shear chains, with shapes as storey drifts and with unit modal mass."""
+        """Return the modes of shear chains; mode shapes are storey drifts, with unit modal mass."""
         inherent, mass, stiffness = (
             self.structure.inherent_damping,
             parameters["mass"],
@@ -121,8 +121,8 @@ class ChainDynamics(Dynamics):
         matrix = chain_stiffness_matrix(stiffness) / (root[:, :, None] * root[:, None, :])
         shape = np.linalg.eigh(matrix)[1] / root[:, :, None]
         drift = np.diff(shape, axis=1, prepend=0.0)
-        # Squared frequencies from strain energies: sums of positive terms are accurate for low frequencies, for which
-        # the eigenvalues of the matrix have lost digits.
+        # Squared frequencies from strain energies: sums of positive terms are accurate also for low frequencies, for
+        # which the eigenvalues of the matrix lose digits.
         squared = (stiffness[:, None, :] @ drift**2)[:, 0]
         rayleigh = inherent.rayleigh(parameters, np.sqrt(squared).T)
         of_mass = inherent.of_mass(parameters, squared, rayleigh)
@@ -140,10 +140,10 @@ class ChainDynamics(Dynamics):
         return Modes(drift, squared, damping, np.ones(len(mass)), load, excitation.modal_start(momentum))
 
     def pack(self, parameters: Arrays, rayleigh: np.ndarray) -> Arrays:
-        """Return the arrays of the chain's kernels; the last dimension is the structure."""
+        """Return the arrays that the kernel of shear chains reads, by name; the last dimension is the structure."""
         mass, inherent = parameters["mass"], self.structure.inherent_damping
         structures = len(mass)
-        # Values of successive structures are contiguous in memory, as drawn and as kernels read them.
+        # Values of successive structures are contiguous in memory, both as drawn and as read by kernels.
         read = self.structure.storey_law.coefficients(parameters, self.variants)
         coefficients = np.stack([values.T for values in read], axis=1)
         packed = {
@@ -166,7 +166,7 @@ class ChainDynamics(Dynamics):
         return packed
 
     def pack_beside_modes(self, parameters: Arrays) -> Arrays:
-        """Return the arrays for outputs and status: heights, stiffnesses and drift capacities of the storeys."""
+        """Return arrays for outputs and status (heights, stiffnesses, drift capacities), shape [storey, structure]."""
         own = {"inverse_height": 1 / parameters["height"].T, "coefficients": parameters["stiffness"].T}
         return own | self._pack_capacity(parameters)
 

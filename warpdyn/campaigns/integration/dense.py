@@ -16,15 +16,15 @@ from warpdyn.model.ground_motions.excitation import Excitation
 from warpdyn.model.structures.linear_system import LinearSystem
 from warpdyn.model.structures.modal import undamped_modes
 
-DIAGONAL_TOLERANCE = 1e-12  # largest off-diagonal entry that counts as rounding, over the largest entry
-ROUNDED_FREE = 1e-6  # eigenvalues below this share of the largest belong to free motions: the root of rounding errors
+DIAGONAL_TOLERANCE = 1e-12  # off-diagonal entries up to this share of the largest entry count as rounding
+ROUNDED_FREE = 1e-6  # eigenvalues below this share of the largest belong to rigid-body motions (root of rounding error)
 
 
 class DenseDynamics(Dynamics):
-    """The equation of motion of linear systems; arguments and attributes: see Dynamics.
+    """Equation of motion of linear systems with full matrices; arguments and attributes: see `Dynamics`.
 
-    If damping couples only modes of the same frequency, the modes still count as coupled. The result is the same, but
-    the propagator is a full matrix.
+    Modes count as coupled also if damping couples only modes of the same frequency. The result is then the same as for
+    uncoupled modes, but the propagator is a full matrix.
     """
 
     structure: LinearSystem
@@ -49,7 +49,7 @@ class DenseDynamics(Dynamics):
         eigenvalues = state_eigenvalues(mass_matrix, damping_matrix, stiffness_matrix)
         modes = self.structure.modal()["circular_frequency"].values
         if modes[0] == 0:
-            # A free motion has a double eigenvalue 0; a rounding error e moves it by about sqrt(e).
+            # A rigid-body motion has a double eigenvalue 0; a rounding error e moves it by about sqrt(e).
             size = np.abs(eigenvalues)
             eigenvalues = np.where(size <= ROUNDED_FREE * size.max(axis=1, keepdims=True), 0.0, eigenvalues)
         lowest, highest = (mode * np.sqrt(stiffness / mass) for mode in modes[modes > 0][[0, -1]])
@@ -58,7 +58,7 @@ class DenseDynamics(Dynamics):
         return 2 * np.pi / lowest, slowest_decay(eigenvalues), stable, np.zeros((len(mass), 2))
 
     def modes(self, parameters: Arrays, excitation: Excitation, *, is_coupled: bool) -> Modes:
-        """Return the modes of scaled linear systems: shapes of the nominal system, factor on the mass as modal mass."""
+        """Return the modes of scaled linear systems: nominal mode shapes; the modal mass is the factor on the mass."""
         nominal, mass = self.structure.parameters, parameters["mass"]
         squared, shape = undamped_modes(nominal["stiffness"], nominal["mass"])
         damping = shape.T @ nominal["damping"] @ shape
@@ -76,7 +76,7 @@ class DenseDynamics(Dynamics):
         return Modes(shape[None], of_stiffness * squared, of_damping * damping, mass, load, start)
 
     def pack(self, parameters: Arrays, rayleigh: np.ndarray) -> Arrays:
-        """Return the arrays of the dense kernel: the nominal matrices and the factors on them."""
+        """Return the arrays that the kernel of linear systems reads, by name: nominal matrices, and factors on them."""
         nominal = self.structure.parameters
         return {
             "mass_matrix": nominal["mass"],

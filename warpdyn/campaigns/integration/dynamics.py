@@ -16,17 +16,17 @@ from warpdyn.model.ground_motions.excitation import Excitation
 from warpdyn.model.structures.structure import Structure
 
 Arrays = dict[str, np.ndarray]
-DOUBLES_AT_A_TIME = 2**20  # numbers in the state matrices that are solved at a time
+DOUBLES_AT_A_TIME = 2**20  # number of float64 values in the state matrices that are solved at the same time
 
 
 @dataclass(frozen=True, eq=False)
 class Vibration:
-    """Properties of each structure's linear vibration; one value for each structure.
+    """Properties of the linear vibration of structures, with one value for each structure.
 
     Args:
-        period: First period [s].
-        decay: Slowest rate of decay of free vibration [1/s].
-        stable_step: Longest step at which the method is stable [s].
+        period: First period [s], shape [structure].
+        decay: Slowest rate of decay of free vibration [1/s], shape [structure].
+        stable_step: Longest step at which the integration method is stable [s], shape [structure].
         rayleigh: Rayleigh factors of mass [1/s] and stiffness [s], shape [structure, 2]; 0 without Rayleigh damping.
     """
 
@@ -36,20 +36,20 @@ class Vibration:
     rayleigh: np.ndarray
 
     def select(self, structures: np.ndarray) -> Vibration:
-        """Return the vibration of some of the structures, which may repeat."""
+        """Return the vibration of the given structures (indices, which may repeat)."""
         return Vibration(*(values[structures] for values in (self.period, self.decay, self.stable_step, self.rayleigh)))
 
 
 class Modes(NamedTuple):
-    """Undamped modes of structures, and the loads on them.
+    """Undamped modes of structures, and the modal loads.
 
     Args:
-        shape: Displacement (of a chain: storey drift) by mode, shape [structure or 1, dof, mode].
+        shape: Mode shapes, displacements or (shear chain) storey drifts, shape [structure or 1, dof, mode].
         stiffness: Squared circular frequencies [rad2/s2], shape [structure, mode].
-        damping: Diagonal, shape [structure, mode], or full matrix, shape [structure, mode, mode] [1/s].
-        mass: Modal mass [kg], the same in all modes, shape [structure].
-        load: Modal load over modal mass, for a unit of base acceleration or for the sine of a harmonic force, shape
-            [structure, mode]; for a unit force on each degree of freedom, shape [structure, dof, mode].
+        damping: Modal damping [1/s]: diagonal, shape [structure, mode], or full matrix, shape [structure, mode, mode].
+        mass: Modal mass [kg], which is the same in all modes, shape [structure].
+        load: Modal load over modal mass. For a unit base acceleration or the sine of a harmonic force: shape
+            [structure, mode]. For a unit force on each degree of freedom: shape [structure, dof, mode].
         start: Initial modal displacement and velocity, shape [2, structure, mode].
     """
 
@@ -62,27 +62,27 @@ class Modes(NamedTuple):
 
 
 class Dynamics(ABC):
-    """The equation of motion of the structures that a scene can draw.
+    """Equation of motion of the structures that a scene can draw; base class for all families of structures.
 
     Args:
         structure: The nominal structure.
-        representative: Values of its scattered parameters; values of two storeys are equal only if all values that can
-            be drawn for them are equal.
+        representative: Values of the scattered parameters that represent all draws: values of two storeys are equal
+            only if all values that can be drawn for these storeys are equal.
 
     Attributes:
-        law: Device functions of the storeys of all structures.
-        forces: Properties of the storey forces that decide which methods fit.
-        damping: Kind of damping of the kernel, for all methods except the exact one.
-        viscous_dampers: "none", "linear" in the velocity, or a "power" of the velocity.
-        physics: Names of the rows of PHYSICS that apply to the structures.
+        law: Device functions of the storey laws of all structures.
+        forces: Properties of the storey forces that decide which integration methods are supported.
+        damping: Kind of damping in the kernel, for all methods except "exact".
+        viscous_dampers: Force of the viscous dampers: "none", "linear" in the velocity, or a "power" of the velocity.
+        physics: Names of the rows of the table PHYSICS (such as P-Delta) that apply to the structures.
         has_drift_capacity: Whether each storey has a drift at which it collapses.
-        counts_reversals: Whether each load reversal damages a storey, also a reversal caused by rounding.
+        counts_reversals: Whether each load reversal damages a storey, even a reversal caused by rounding.
         is_sensitive: Whether a small change of the step or the motion may change peak drifts a lot.
         couples_modes: Whether damping couples the undamped modes.
         needs_eigenvalues: Whether decay and stability may need the eigenvalues of full matrices.
         steps_modes: Whether implicit methods integrate modes instead of degrees of freedom.
         histories: Names of the variables in whole histories.
-        is_packed_in_parts: Whether structures can be packed separately.
+        is_packed_in_parts: Whether the kernel's arrays can be computed for some structures at a time.
     """
 
     law: StoreyRules
@@ -104,9 +104,14 @@ class Dynamics(ABC):
         self.structure = structure
 
     def parameters_of(self, drawn: Arrays, structures: slice | np.ndarray = slice(None)) -> Arrays:
-        """Return every parameter of drawn structures (of the nominal one if nothing is drawn), shape [structure, ...].
+        """Return every parameter of drawn structures, by name, shape [structure, ...].
 
-        For a LinearSystem they are the factors on its matrices.
+        If nothing is drawn, these are the parameters of the nominal structure. For a LinearSystem, the parameters are
+        the factors on its matrices.
+
+        Args:
+            drawn: Scattered parameters by name; the first dimension is the structure.
+            structures: Indices of the structures that are returned.
         """
         if drawn:
             count = len(next(iter(drawn.values()))[structures])
@@ -118,7 +123,7 @@ class Dynamics(ABC):
         }
 
     def vibration_of(self, drawn: Arrays, method: Method, threads: int = 1) -> Vibration:
-        """Return each structure's vibration with the initial stiffness and stable step with the largest stiffness."""
+        """Return the vibration of structures; periods: initial stiffness, stable steps: largest tangent stiffness."""
         count = len(next(iter(drawn.values()))) if drawn else 1
         at_a_time = STRUCTURES_AT_A_TIME
         if self.needs_eigenvalues:
@@ -132,32 +137,35 @@ class Dynamics(ABC):
 
     @abstractmethod
     def _vibration(self, parameters: Arrays, method: Method) -> tuple[np.ndarray, ...]:
-        """Return period [s], slowest decay [1/s], longest stable step [s] and Rayleigh damping of some structures."""
+        """Return first period [s], slowest decay [1/s], longest stable step [s] and Rayleigh factors of structures."""
 
     @abstractmethod
     def modes(self, parameters: Arrays, excitation: Excitation, *, is_coupled: bool) -> Modes:
-        """Return the undamped modes of some structures.
+        """Return the undamped modes of structures.
 
         Args:
-            parameters: Every parameter of some structures; the first dimension is the structure.
+            parameters: Every parameter of the structures by name; the first dimension is the structure.
             excitation: The excitation.
             is_coupled: Whether the damping is returned as a full matrix.
         """
 
     @abstractmethod
     def pack(self, parameters: Arrays, rayleigh: np.ndarray) -> Arrays:
-        """Return the arrays that kernels of stepwise methods read; the last dimension is the structure.
+        """Return the arrays that kernels of step-by-step methods read, by name; the last dimension is the structure.
 
         Args:
-            parameters: Every parameter of some structures; the first dimension is the structure.
-            rayleigh: Factors of Rayleigh damping, from their vibration.
+            parameters: Every parameter of the structures by name; the first dimension is the structure.
+            rayleigh: Rayleigh factors of mass [1/s] and stiffness [s], shape [structure, 2].
         """
 
     def pack_beside_modes(self, parameters: Arrays) -> Arrays:
-        """Return the arrays that kernels read in addition to the modes; the last dimension is the structure."""
+        """Return the arrays that modal kernels read in addition to the modes; the last dimension is the structure."""
         return {}
 
 
 def slowest_decay(eigenvalues: np.ndarray) -> np.ndarray:
-    """Return the slowest rate of decay [1/s] from the eigenvalues of each structure's state matrix."""
+    """Return the slowest rate of decay [1/s] of each structure from the eigenvalues of its state matrix.
+
+    `eigenvalues` has the shape [structure, eigenvalue]; the result has the shape [structure].
+    """
     return np.maximum(-eigenvalues.real.max(axis=1), 0.0)

@@ -1,4 +1,4 @@
-"""Some structures of a run with all their samples: their drawn parameters, their steps, and kernel launches."""
+"""Ensemble: some structures of a run with all their samples, drawn parameters, steps, and kernel launches."""
 
 from __future__ import annotations
 
@@ -19,17 +19,17 @@ from warpdyn.engine.kernels.plan import Plan
 from warpdyn.foundations.core.random_numbers import key_of
 from warpdyn.model.ground_motions.excitation import MOST_STEPS, Assignment
 
-MapFunction = Callable[..., Iterable[object]]  # map, or a parallel one
+MapFunction = Callable[..., Iterable[object]]  # the function map, or a parallel one
 
 
 class Packed(NamedTuple):
-    """Arrays that a launch reads, in the kernels' types.
+    """Arrays that a kernel launch reads, in the number types of the kernel.
 
     Args:
-        structures: Values of each structure, by the fields of the kernels' struct.
-        samples: Values of each sample, by the fields of their struct, and the order of the launch. Samples with the
-            same number of steps in an interval form a group and follow each other.
-        groups: Steps in an interval and number of samples of each group.
+        structures: Values of each structure, by the fields of the kernel's struct Structure.
+        samples: Values of each sample, by the fields of the kernel's struct Samples, and the order of the launch.
+            Samples with the same number of steps per motion interval form a group and follow one another.
+        groups: For each group, its number of steps per interval and its number of samples.
     """
 
     structures: Arrays
@@ -38,19 +38,19 @@ class Packed(NamedTuple):
 
 
 class Ensemble:
-    """Some structures of a run with all their samples.
+    """Some structures of a run with all their samples (structure, motion and level), ready to be integrated.
 
     Args:
-        model: How they are integrated.
+        model: Equation of motion, method, kernel and time grids of the run.
         structures: Indices of the structures in the run, increasing, shape [structure].
-        drawn: Their scattered parameters; the first dimension is the structure.
-        rayleigh: Their factors of Rayleigh damping.
-        assignment: Which structure and motion each sample has.
-        row: Place of each sample's structure in `drawn`, shape [sample]; 0 if nothing is drawn.
-        schedule: How each sample is stepped; it may be changed between integrations.
+        drawn: Scattered parameters of the structures, by name; the first dimension is the structure.
+        rayleigh: Rayleigh factors of mass [1/s] and stiffness [s], shape [structure, 2].
+        assignment: Structure, motion and scale factor of each sample.
+        row: Row of each sample's structure in `drawn`, shape [sample]; 0 if nothing is drawn.
+        schedule: Integration steps and duration of each sample; it may be changed between integrations.
         sample: Index of each sample in the run, shape [sample].
-        queue: Device queue that runs them.
-        before: Samples of the previous event; the structures start from their final states. None for the first event.
+        queue: Device queue on which the samples are integrated.
+        before: Samples of the previous event, from whose final states the structures start; None: first event.
     """
 
     def __init__(
@@ -67,7 +67,7 @@ class Ensemble:
         before: Ensemble | None = None,
     ) -> None:
         self.before = before
-        self.state: Arrays = {}  # final state of `before`; the first dimension is the structure
+        self.state: Arrays = {}  # initial state: final state of `before`; the first dimension is the structure
         self.model, self.queue = model, queue
         self.scene, self.timeline, self.plan, self.tolerance = model.scene, model.timeline, model.plan, model.tolerance
         self.structures, self.drawn, self.rayleigh = structures, drawn, rayleigh
@@ -77,17 +77,20 @@ class Ensemble:
 
     @property
     def example(self) -> Ensemble:
-        """Samples whose schedule is typical of this ensemble; all samples if every schedule is known."""
+        """Samples whose schedules are typical of this ensemble: here all samples, because all schedules are known."""
         return self
 
     @property
     def is_of_whole_ranges(self) -> bool:
-        """Whether all samples of its ranges of structures, which share a limit on reruns, are in this ensemble."""
+        """Whether the ensemble contains whole rerun ranges only.
+
+        A rerun range contains structures whose failed samples share one limit on reruns.
+        """
         return False
 
     @property
     def size(self) -> int:
-        """Number of samples."""
+        """Number of samples in the ensemble."""
         return len(self.sample)
 
     @property
@@ -97,18 +100,18 @@ class Ensemble:
 
     @property
     def storey_heights(self) -> np.ndarray:
-        """Storey heights [m], shape [structure, storey], or [1, storey] if all structures have the same."""
+        """Storey heights [m], shape [structure, storey]; [1, storey] if all structures have the same heights."""
         if "height" in self.scene.scatter:
             return self.drawn["height"]
         return self.scene.structure.parameters["height"][None]
 
     def heights_of(self, samples: np.ndarray) -> np.ndarray:
-        """Return the storey heights of some samples [m], shape [storey, sample]."""
+        """Return the storey heights of the given samples (rows of this ensemble) [m], shape [storey, sample]."""
         heights = self.storey_heights
         return heights[self.row[samples] % len(heights)].T
 
     def select(self, samples: np.ndarray) -> Ensemble:
-        """Return some of the samples with their structures, to be integrated by the same model."""
+        """Return an ensemble of the given samples (rows of this ensemble) with their structures, for the same model."""
         structures, row = np.unique(self.row[samples], return_inverse=True)
         part = Ensemble(
             self.model,
@@ -126,35 +129,35 @@ class Ensemble:
         return part
 
     def resume(self, outputs: Arrays) -> None:
-        """Set the initial states of the structures from the outputs of `before`; their last dimension is the sample."""
+        """Set the initial states of the structures from the outputs of `before`, whose last dimension is the sample."""
         left = {name: values.T for name, values in outputs.items() if name.startswith("final_")}
         self.state = {name.replace("final", "initial"): values for name, values in left.items()}
 
     def with_model(self, model: Model, schedule: Schedule) -> Ensemble:
-        """Return the same samples with another model."""
+        """Return an ensemble of the same samples with another model and schedule."""
         held = self.structures, self.drawn, self.rayleigh, self.assignment, self.row
         return Ensemble(model, *held, schedule, self.sample, self.queue, self.before)
 
     def halve_steps(self, samples: np.ndarray) -> None:
-        """Divide the steps of some samples by two."""
+        """Divide the integration steps of the given samples (rows of this ensemble) by 2."""
         self.schedule = self.restepped(samples, self.schedule.substeps[samples] * 2)
 
     def steps_of(self, samples: np.ndarray | slice) -> np.ndarray:
-        """Return the number of integration steps of some samples, as real numbers."""
+        """Return the number of integration steps of the given samples (rows of this ensemble), in float64."""
         return self.schedule.run_intervals[samples] * self.schedule.substeps[samples].astype(np.float64)
 
     def restepped(self, samples: np.ndarray, substeps: np.ndarray) -> Schedule:
-        """Return the schedule with another number of substeps for some samples, which run for the same time.
+        """Return a schedule in which the given samples have other numbers of steps per interval and equal durations.
 
         Raises:
-            ValueError: If a sample would take more steps than can be counted.
+            ValueError: If a sample would take more steps than MOST_STEPS.
         """
         steps = self.schedule.run_intervals[samples] * np.asarray(substeps, dtype=np.float64)
         if (steps > MOST_STEPS).any():
             first = int(steps.argmax())
             raise ValueError(
                 f"sample {self.sample[samples][first]} would take {steps[first]:.3g} steps, but "
-                f"at most {MOST_STEPS} can be counted: choose another method or a shorter run"
+                f"at most {MOST_STEPS} can be counted: give another method=, or shorten the motions or the tail"
             )
         return self.schedule.with_substeps(samples, substeps)
 
@@ -164,27 +167,27 @@ class Ensemble:
         advance: Callable[[int], object] = lambda done: None,
         arriving: Collection[str] | None = None,
     ) -> None:
-        """Start to integrate all samples; `finish` waits for them.
+        """Start to integrate all samples; `finish` waits until they are done.
 
         Args:
-            rows: Memory for each recorded variable; the first dimension is the sample.
+            rows: Arrays for all outputs by name, shape [sample, ...].
             advance: Called with the number of samples done since its last call, if the launch waits for the device.
-            arriving: Variables that are copied back from a GPU; the GPU keeps all variables. None: all.
+            arriving: Names of the variables that are copied from a GPU to the host; None: all. The GPU keeps all.
         """
         rows = {name: rows[name] for name in self.model.shapes}
         history = self.queue.upload("History", {}, self.plan.dtype)
-        # Queue the uploads first: anything queued before them would delay them until the GPU finishes the last block.
+        # Queue the uploads first: kernels queued before the uploads would delay them until the GPU is free.
         launches = self._launches()
         output = self.queue.blank(rows, self.plan.dtype)
         self.queue.launch(launches, [output, history], advance)
         self.queue.start_reading(output, {name: values.shape for name, values in rows.items()}, arriving)
 
     def finish(self, rows: Arrays, map_function: MapFunction = map) -> None:
-        """Wait until the rows that were passed to `start` contain the recorded values."""
+        """Wait until the integration is done, and write the recorded values to the arrays given to `start`."""
         self.queue.read_into(rows, map_function)
 
     def integrate(self, chosen: np.ndarray) -> Arrays:
-        """Return every recorded variable of some samples; the last dimension is the sample."""
+        """Integrate the given samples (rows of this ensemble); return all outputs by name, the sample last."""
         part = self.select(chosen)
         rows = self.model.blank_outputs(chosen.size)
         part.start(rows)
@@ -194,12 +197,16 @@ class Ensemble:
     def integrate_histories(
         self, kept: Sequence[int] | np.ndarray, every: int, common_step: float
     ) -> tuple[np.ndarray, Arrays]:
-        """Return the time grid [s] and each variable's histories, shape [history, time, dof], NaN after a run's end.
+        """Integrate samples and return their whole histories.
 
         Args:
-            kept: The samples.
-            every: Number of common steps from one kept state to the next.
-            common_step: Time [s] that is a whole number of steps of each of the samples.
+            kept: The samples, as rows of this ensemble.
+            every: Number of common steps between two returned states.
+            common_step: Time [s] that is a multiple of the step of each of the samples.
+
+        Returns:
+            Times of the returned states [s]; histories by variable name, shape [history, time, dof], NaN after the end
+            of a sample's run.
         """
         part = self.select(np.array(kept))
         times_finer = np.round(common_step / part.schedule.step).astype(np.int64)
@@ -218,8 +225,8 @@ class Ensemble:
             self.queue.launch(launches, [output, history])
         values = {name: self.queue.read(getattr(history, name)) for name in names}
         if self.plan.collapses:
-            # The last state is the one at the end of the step in which the sample collapses; an adaptive method stops
-            # within this step.
+            # The last state is at the end of the step in which the sample collapses; an adaptive method stops within
+            # this step.
             steps = self.queue.read(output.time_of_collapse) / part.schedule.step
             steps = np.floor(steps + 1e-3) if self.model.method.is_adaptive else np.ceil(steps - 1e-6)
             last = np.where(np.isfinite(steps), steps // every_own, last).astype(np.int64)
@@ -229,13 +236,14 @@ class Ensemble:
         return np.arange(times) * every * common_step, values
 
     def pack(self) -> None:
-        """Sort the samples and pack their structures as kernels read them; `start` does it if it has not been done."""
+        """Sort the samples and pack their structures as the kernel reads them; otherwise, `start` does this."""
         self._packed = self._pack()
 
     def _pack(self, chosen: np.ndarray | None = None) -> Packed:
         """Return the arrays that a launch of the chosen samples reads; None: of all samples.
 
-        If the kernel reads propagators, there is one propagator for each pair of a structure and a step.
+        If the kernel reads propagators (matrices that advance a linear structure by one step), they contain one
+        propagator for each pair of a structure and a step.
         """
         dynamics = self.model.dynamics
         if self.model.needs_step:
@@ -264,17 +272,17 @@ class Ensemble:
         )
 
     def _launches(self) -> list[devices.Launch]:
-        """Upload all samples with their structures; return the launches."""
+        """Upload all samples with their structures to the device; return the launches that integrate them."""
         packed, self._packed = self._packed, None
         return self._launches_of(self._pack() if packed is None else packed)
 
     def _launches_of(self, packed: Packed, plan: Plan | None = None, every: int = 1) -> list[devices.Launch]:
-        """Upload packed samples with their structures; return the launches.
+        """Upload packed samples with their structures to the device; return the launches, one for each group.
 
         Args:
-            packed: The samples.
-            plan: Plan of the kernel that keeps histories; None: the kernels of the model.
-            every: Number of steps from one kept state to the next.
+            packed: The packed samples and structures.
+            plan: Plan of the kernel that returns whole histories; None: the kernels of the model.
+            every: Number of steps between two returned states of a history.
         """
         dtype = self.plan.dtype
         structures = self.queue.upload("Structure", packed.structures, dtype)
@@ -301,20 +309,20 @@ class Ensemble:
         plan: Plan | None = None,
         every: int = 1,
     ) -> devices.Launch:
-        """Return the launch of samples with the same number of steps per interval; see `Launch` and `_launches_of`."""
+        """Return the launch of samples with the same steps per interval; arguments: see `Launch`, `_launches_of`."""
         own, finer = self.model.launched(substeps) if plan is None else (plan, 1)
         loads = self.model.loads_on(self.queue.device, finer)
         inputs = self._control(count, substeps, own.dtype, every), samples, structures, loads
         return devices.Launch(own, inputs, count, substeps, order, intervals)
 
     def _control(self, samples: int, substeps: int, dtype: str, every: int = 1) -> object:
-        """Return the scalar arguments of a launch.
+        """Return the scalar arguments of a launch as the kernel's struct.
 
         Args:
             samples: Number of samples.
-            substeps: Steps in an interval.
+            substeps: Number of integration steps per motion interval.
             dtype: Number type.
-            every: Number of steps from one kept state to the next.
+            every: Number of steps between two returned states of a history.
         """
         limit = self.scene.collapse_limit
         return arguments.control(

@@ -1,4 +1,4 @@
-"""The model of a run: everything that follows from the scene and the integration settings, computed once."""
+"""The model of a run: all that follows from the scene and the integration settings (kernels, time grids, loads)."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from warpdyn.foundations.core.output_variables import Variable
 from warpdyn.model.ground_motions.excitation import Assignment, Timeline
 from warpdyn.model.scene.scene import Scene
 
-MOST_VALUES = 2**28  # values of interpolated motions on a GPU: 1 GiB in float32
+MOST_VALUES = 2**28  # most values of interpolated motions on a GPU: 1 GiB in float32
 FAMILIES: dict[str, type[Dynamics]] = {"chain": ChainDynamics, "dense": DenseDynamics}
 
 
@@ -37,15 +37,23 @@ def dynamics_of(scene: Scene) -> Dynamics:
 
 
 def central_vibration(scene: Scene, dynamics: Dynamics, method: Method) -> Vibration:
-    """Return the vibration of the structure with median parameters."""
+    """Return the linear vibration (period, decay, stable step, Rayleigh factors) of the median-parameter structure."""
     return dynamics.vibration_of({name: values[None] for name, values in scene.central_parameters.items()}, method)
 
 
 def plan_of(scene: Scene, dynamics: Dynamics, method: str, dtype: str, *, is_gpu: bool) -> Plan:
-    """Return the plan of the kernel that integrates a scene."""
+    """Return the plan of the kernel that integrates a scene: its parts, such as law, damping, load and recorders.
+
+    Args:
+        scene: The scene.
+        dynamics: Equation of motion of the structures.
+        method: Name of the integration method.
+        dtype: Number type, "float32" or "float64".
+        is_gpu: Whether the kernel runs on a GPU.
+    """
     is_exact = METHODS[method].kind == "exact"
     of_modes = "general" if dynamics.couples_modes else "classical"
-    # Peak drifts decide which samples are run again: in float64, or to find out whether they are reliable.
+    # Peak drifts decide which samples are run again in float64, and which are run again to check their reliability.
     judging = {"drift"} if dynamics.counts_reversals or dynamics.is_sensitive else set()
     plan = Plan(
         family=scene.structure.family,
@@ -67,7 +75,10 @@ def plan_of(scene: Scene, dynamics: Dynamics, method: str, dtype: str, *, is_gpu
 
 
 def plans_of_events(plan: Plan, events: int) -> tuple[Plan, ...]:
-    """Return the plan of each event; each of several events records its final state, and later ones start from one."""
+    """Return the kernel plan of each event of a sequence.
+
+    In a sequence of several events, each kernel records the final state, and later events start from this state.
+    """
     if events == 1:
         return (plan,)
     recorders = (*plan.recorders, STATE)
@@ -76,16 +87,16 @@ def plans_of_events(plan: Plan, events: int) -> tuple[Plan, ...]:
 
 
 def levels_of(scene: Scene) -> list[Assignment]:
-    """Return an assignment without samples for each event, which describes the intensity measure of the event."""
+    """Return, for each event, an assignment without samples, which describes the event's intensity measure."""
     nothing = np.arange(0)
     return [scene.excitation.assign(nothing, 0, event) for event in range(len(scene.excitation.event_names))]
 
 
 def kernel_text(scene: Scene, method: str | None, dtype: str | None, device: str | None) -> str:
-    """Return the text of a scene's kernel, of its first event if it has several; the keywords are those of `simulate`.
+    """Return the source text of a scene's kernel (several events: of the first event); keywords: see `simulate`.
 
     Raises:
-        TypeError, ValueError: If `scene` is not a Scene of one structure, or an argument is unknown or does not fit it.
+        TypeError, ValueError: If `scene` is not a Scene of one structure, or an argument is unknown or not supported.
     """
     check_kind("source", "a Scene", scene, Scene)
     if scene.structure.is_many:
@@ -103,17 +114,17 @@ def kernel_text(scene: Scene, method: str | None, dtype: str | None, device: str
 
 @dataclass(frozen=True, eq=False)
 class Model:
-    """How all samples of a scene are integrated.
+    """The way in which all samples of a scene are integrated: equation of motion, method, kernel and time grids.
 
     Args:
         scene: The scene.
-        dynamics: The equation of motion of its structures.
+        dynamics: Equation of motion of its structures.
         method: Integration method.
-        plan: The kernel's plan.
+        plan: Plan of the kernel: its parts and number type.
         timeline: Time grid of each motion.
-        tolerance: Relative error that an adaptive method allows in a step.
+        tolerance: Relative error [1] that an adaptive method allows in a step.
         seed: Seed of every random draw.
-        threads: CPU threads.
+        threads: Number of CPU threads.
         refinement: Number of integration steps that replace each step of the default rule.
     """
 
@@ -126,49 +137,50 @@ class Model:
     seed: int
     threads: int
     refinement: int = 1
-    _loads: dict[tuple[str, str, int], object] = field(default_factory=dict, repr=False)  # loads_on
+    _loads: dict[tuple[str, str, int], object] = field(default_factory=dict, repr=False)  # cache of loads_on
 
     @cached_property
     def variables(self) -> dict[str, Variable]:
-        """The variables that are recorded of each sample, by name."""
+        """The variables that the scene's recorders fill for each sample, by name."""
         return self._recorded(self.scene.recorders)
 
     def _recorded(self, recorders: tuple[str, ...]) -> dict[str, Variable]:
-        """Return the variables that some recorders and the method fill."""
+        """Return the variables that the given recorders and the method fill for each sample, by name."""
         plan, is_adaptive = self.plan, self.method.is_adaptive
         return recorded(plan.family, recorders, is_adaptive=is_adaptive, collapses=plan.collapses)
 
     @cached_property
     def demands(self) -> dict[str, Variable]:
-        """The recorded variables that are demands."""
+        """The recorded variables that are demands, such as peak drifts, by name."""
         table = RECORDERS[self.plan.family]
         return {k: v for row in self.scene.recorders for k, v in table[row].items() if v.is_demand}
 
     def launched(self, substeps: int) -> tuple[Plan, int]:
-        """Return the plan of the kernel for samples with this number of steps per interval, and its `finer` motions.
+        """Return the kernel plan for samples with `substeps` steps per motion interval, and a factor of interpolation.
 
-        On a GPU the motions are interpolated before the launch, so that they have a value for each step, unless these
-        values take too much memory.
+        On a GPU the motions are interpolated before the launch, so that they have a value for each step. The factor is
+        then `substeps`. It is 1 if the motions are not interpolated, on a CPU or if the values need too much memory.
         """
-        most = self._values * substeps * (substeps + 1) // 2  # with all smaller numbers of steps
+        most = self._values * substeps * (substeps + 1) // 2  # includes all smaller numbers of steps
         is_interpolated = self._undivided.undivided and most <= max(self._values, MOST_VALUES)
         return (self._undivided, substeps) if is_interpolated else (self.plan, 1)
 
     @cached_property
     def _undivided(self) -> Plan:
-        """The plan for motions that have a value for each step; `plan` where it gains nothing."""
+        """The plan for motions that have a value for each step; equal to `plan` if such motions save no time."""
         return undivided(self.plan)
 
     @cached_property
     def _values(self) -> int:
-        """Number of values of all motions."""
+        """Number of acceleration or force values, summed over all motions."""
         return sum(motion.values.size for motion in self.timeline.motions)
 
     @cached_property
     def shapes(self) -> dict[str, tuple[int, ...]]:
-        """The shapes of one sample's outputs: every dimension besides `sample` has the number of dofs as its length.
+        """Shape of one sample's value of each output; every dimension has the number of degrees of freedom as length.
 
-        Some outputs are not in the dataset: peak drifts that decide the status of a sample, and its final state.
+        Some outputs are not in the dataset: peak drifts that are needed for the status of a sample, and the final state
+        of a sample.
         """
         outputs = self._recorded(self.plan.recorders)
         shapes = {name: (self.plan.dofs,) * len(v.dims) for name, v in outputs.items()} | {"status": ()}
@@ -179,20 +191,20 @@ class Model:
 
     @property
     def kernel_name(self) -> str:
-        """A description of the kernel, in one line."""
+        """A description of the kernel in one line: structure, law, damping, load, recorders, method and number type."""
         p = self.plan
         return f"{p.family} {p.dofs} {p.law} {p.damping} {p.load} {'+'.join(p.recorders)} {p.method} {p.dtype}"
 
     @property
     def needs_step(self) -> bool:
-        """Whether the kernel's arrays of a structure depend on the integration step."""
+        """Whether the arrays of a structure that the kernel reads depend on the integration step (propagators)."""
         return self.method.kind == "exact" or (self.method.kind == "implicit" and self.dynamics.steps_modes)
 
     @cached_property
     def by_event(self) -> tuple[Model, ...]:
-        """The model of each event; each of several events records its final state, and later ones start from one.
+        """The model of each event: with several events, each records its final state, from which the next one starts.
 
-        All events but the first share one model.
+        All events except the first share one model.
         """
         first, *later = plans_of_events(self.plan, len(self.scene.excitation.event_names))
         if not later:
@@ -200,23 +212,23 @@ class Model:
         return (replace(self, plan=first), *[replace(self, plan=later[0])] * len(later))
 
     def in_float64(self, tolerance: float, device: str) -> Model:
-        """Return the model in double precision on a device, with another tolerance."""
+        """Return the model in float64 for a device, with another relative tolerance [1] for adaptive methods."""
         plan = fitted(replace(self.plan, dtype="float64"), device != "cpu")
         return replace(self, plan=plan, tolerance=tolerance)
 
     @property
     def checking(self) -> Model:
-        """The model that checks results: RK4 checks multistep methods, because its errors have other causes."""
+        """The model for check runs: by RK4 for multistep methods, whose errors differ in kind; otherwise this model."""
         if not isinstance(self.method, MultistepMethod):
             return self
         return replace(self, plan=replace(self.plan, method=FALLBACK), method=METHODS[FALLBACK])
 
     def loads_on(self, device: str, finer: int = 1) -> object:
-        """Return the load in the memory of a device; models of the same scene share one copy.
+        """Return the motions or forces in the memory of a device; they are copied once for all models of the scene.
 
         Args:
-            device: The device.
-            finer: Number of intervals that replace each interval of the motions; their accelerations are interpolated.
+            device: Name of the device.
+            finer: Number of intervals into which each interval of the motions is divided, by linear interpolation.
         """
         place = device, self.plan.dtype, finer
         if place not in self._loads:
@@ -228,7 +240,7 @@ class Model:
         return self._loads[place]
 
     def blank_outputs(self, samples: int, names: Iterable[str] | None = None) -> Arrays:
-        """Return memory for outputs; the first dimension is the sample. `names` selects outputs (None: all)."""
+        """Return uninitialised arrays [sample, ...] for the outputs `names` (None: all outputs), by name."""
         names = self.shapes if names is None else names
         dtype = self.plan.dtype
         return {k: np.empty((samples, *self.shapes[k]), arguments.output_dtype(k, dtype)) for k in names}

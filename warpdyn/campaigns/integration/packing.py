@@ -1,4 +1,4 @@
-"""Conversion of drawn parameters and samples to the arrays of a kernel, named like the fields of its structs."""
+"""Conversion of drawn parameters and samples to the arrays that a kernel reads, by the fields of its structs."""
 
 from __future__ import annotations
 
@@ -16,20 +16,20 @@ from warpdyn.model.ground_motions.excitation import Assignment
 if TYPE_CHECKING:
     from warpdyn.campaigns.integration.model import Model
 
-ROUNDING = 1e-9  # relative error of a time over a step that does not change the number of steps
+ROUNDING = 1e-9  # relative error of (time / step) that does not change the number of steps
 
 
 def pack_structures(
     model: Model, parameters: Arrays, step: np.ndarray | None, rayleigh: np.ndarray, threads: int = 1
 ) -> Arrays:
-    """Return the fields of the Structure struct of a model's kernel.
+    """Return the values of structures for the fields of the struct Structure, which a model's kernel reads, by name.
 
     Args:
         model: The model.
-        parameters: Every parameter of some structures; the first dimension is the structure.
-        step: Integration step of each of them [s], if the model needs it.
-        rayleigh: Factors of Rayleigh damping of each of them.
-        threads: CPU threads.
+        parameters: Every parameter of the structures by name; the first dimension is the structure.
+        step: Integration step of each structure [s], shape [structure]; None unless `model.needs_step`.
+        rayleigh: Rayleigh factors of mass [1/s] and stiffness [s], shape [structure, 2].
+        threads: Number of CPU threads.
     """
     plan, dynamics = model.plan, model.dynamics
     if model.needs_step:
@@ -66,25 +66,26 @@ def pack_samples(
     by_intensity: bool = False,
     record_from: float = 0.0,
 ) -> tuple[Arrays, list[tuple[int, int]]]:
-    """Return the fields of the Samples struct: the samples, unsorted, and the order in which they are launched.
+    """Return the fields of the kernel's struct Samples: values of all samples, and the order of the launch.
 
     Args:
-        schedule: How each sample is stepped.
-        assignment: The motion of each sample.
-        place: Place of each sample's structure in the packed arrays, shape [sample].
-        number: Index of each sample in the run, shape [sample], if its motion depends on it.
-        chosen: The samples that are launched; None: all.
-        by_intensity: Whether samples with the strongest motions come first: such samples collapse at similar times, so
-            that their threads end together.
-        record_from: Start time of the recorders of peaks [s].
+        schedule: Integration steps and duration of each sample.
+        assignment: Motion and scale factor of each sample.
+        place: Index of each sample's structure in the packed arrays, shape [sample].
+        number: Index of each sample in the run, shape [sample], if its motion depends on this index; otherwise None.
+        chosen: Indices of the samples that are launched; None: all.
+        by_intensity: Whether samples with the strongest motions come first. Such samples collapse at similar times, so
+            that the threads of a launch end together.
+        record_from: Time from which peaks are recorded [s].
 
     Returns:
-        The arrays; and, for each group of samples (one launch), the number of steps per interval and of samples.
+        The arrays by name; and for each group of samples (one launch): the number of steps per interval, and the number
+        of samples.
     """
-    # Consecutive samples with the same steps are sorted as one.
+    # Consecutive samples with the same schedule are sorted as one.
     repeats = 1 if by_intensity or chosen is not None else schedule.repeats
     run_intervals, substeps = schedule.run_intervals[::repeats], schedule.substeps[::repeats]
-    # Longest first, so that no thread waits long for the last history of another thread.
+    # Longest first, so that no thread waits long for another thread that integrates the last history.
     if chosen is not None:
         order = chosen[_longest_first(run_intervals[chosen])]
     elif by_intensity:
@@ -119,29 +120,35 @@ def pack_samples(
 
 
 def first_recorded_step(record_from: float, step: np.ndarray, steps: np.ndarray) -> np.ndarray:
-    """Return the first step whose peaks are recorded, as real numbers; at least the last step is recorded."""
+    """Return the number of the first step whose peaks are recorded, in float64, so that at least one step is recorded.
+
+    Args:
+        record_from: Time from which peaks are recorded [s].
+        step: Integration step of each sample [s].
+        steps: Number of steps of each sample.
+    """
     return np.minimum(np.ceil(record_from / step * (1 - ROUNDING)), steps - 1)
 
 
 def _longest_first(durations: np.ndarray) -> np.ndarray:
-    """Return the order of decreasing durations; samples of equal duration keep their order."""
+    """Return the indices that sort durations, longest first; samples with equal durations keep their order."""
     return np.argsort(-durations, kind="stable")
 
 
 def rank_of_intensity(assignment: Assignment) -> np.ndarray:
-    """Return numbers that increase with falling intensity, in steps of a factor of 2^(1/256), shape [sample]."""
+    """Return a rank of each sample, shape [sample]: 0 is the strongest intensity; +1 is weaker by 2^(1/256)."""
     level = assignment.scale if assignment.im_level is None else assignment.im_level
     octaves = np.log2(np.maximum(level, np.finfo(np.float64).tiny))
     return np.minimum(256 * (octaves.max() - octaves), 2**16 - 1).astype(np.uint16)
 
 
 def _strongest_first(assignment: Assignment) -> np.ndarray:
-    """Return the order of decreasing intensities, rounded to powers of 2^(1/256); equal intensities by motion."""
+    """Return the indices that sort samples by `rank_of_intensity`, strongest first, and then by motion."""
     return np.lexsort((assignment.motion, rank_of_intensity(assignment)))
 
 
 def _distinct(counts: np.ndarray) -> np.ndarray:
-    """Return the distinct values of positive counts, in order; small values are tallied, because sorting is slower."""
+    """Return the distinct values of positive counts, increasing; small counts by a histogram, which is faster."""
     if counts.size and counts.max() <= counts.size:
         return np.flatnonzero(np.bincount(counts))
     return np.unique(counts)

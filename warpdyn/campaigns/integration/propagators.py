@@ -1,6 +1,6 @@
-"""Propagators, which advance a linear structure by one step, for each pair of a structure and a step.
+"""Propagators: matrices that advance a linear structure by one step, for each pair of a structure and a step.
 
-They are computed in coordinates of the undamped modes, u = shape q, in which mass and stiffness are diagonal:
+Propagators are computed in coordinates of the undamped modes, u = shape q, in which mass and stiffness are diagonal:
 q'' + damping q' + stiffness q = p. If damping is diagonal too, each mode is a separate oscillator.
 """
 
@@ -19,16 +19,16 @@ from warpdyn.model.ground_motions.excitation import Excitation
 def pack_linear(
     dynamics: Dynamics, excitation: Excitation, method: Method, parameters: Arrays, step: np.ndarray
 ) -> Arrays:
-    """Return the arrays that the kernel of linear structures reads; the last dimension is a structure with a step.
+    """Return the arrays that the kernel of linear structures reads; the last dimension is the pair (structure, step).
 
     Args:
-        dynamics: The equation of motion.
+        dynamics: Equation of motion.
         excitation: The excitation.
         method: Integration method.
-        parameters: Every parameter of the structures; the first dimension is the pair.
-        step: Integration step [s], shape [pair].
+        parameters: Every parameter of the structure of each pair (structure, step); the first dimension is the pair.
+        step: Integration step of each pair [s], shape [pair].
     """
-    # An implicit method solves for all modes together, whether damping couples them or not.
+    # An implicit method solves for all modes together, even if damping does not couple them.
     modes = dynamics.modes(parameters, excitation, is_coupled=dynamics.couples_modes or method.kind == "implicit")
     pairs, number = modes.stiffness.shape
     frequency = excitation.forcing_frequency
@@ -36,7 +36,7 @@ def pack_linear(
     halvings = _halvings(modes, step, frequency or 0.0)
     chosen: list[np.ndarray] = []
     parts: list[tuple[np.ndarray, np.ndarray]] = []
-    # Pairs are grouped by their number of halvings, so that a pair's result does not depend on the others.
+    # Pairs are grouped by their number of halvings, so that the result of a pair does not depend on other pairs.
     for count in np.unique(halvings):
         pairs_of_count = np.flatnonzero(halvings == count)
         for some in np.array_split(pairs_of_count, 1 + pairs_of_count.size * number**2 // DOUBLES_AT_A_TIME):
@@ -57,7 +57,7 @@ def pack_linear(
 
 
 def _halvings(modes: Modes, step: np.ndarray, frequency: float) -> np.ndarray:
-    """Return the number of halvings of each step, shape [pair]."""
+    """Return how often each step is halved before the series is evaluated, so that it converges fast, shape [pair]."""
     damping = np.abs(modes.damping)
     rates = np.sqrt(modes.stiffness) + (damping if damping.ndim == 2 else damping.sum(axis=2))
     norm = step * np.maximum(rates.max(axis=1), abs(frequency))
@@ -73,16 +73,16 @@ def _increments(
     by_force: bool,
     halvings: int,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return the increments of (q, q') over a step (implicit methods: of q'') per unit of the state and of the loads.
+    """Return the increments of (q, q') over a step (implicit methods: of q''), per unit of the state and of the loads.
 
     Args:
         method: Integration method.
-        modes: The modes.
-        chosen: Numbers of the pairs.
-        step: Their steps [s].
-        frequency: Circular frequency of a harmonic load [rad/s]; None for a load that is linear within the step.
+        modes: The modes of all pairs of a structure and a step.
+        chosen: Numbers of the pairs that are computed.
+        step: Steps of the chosen pairs [s].
+        frequency: Circular frequency of a harmonic load [rad/s]; None: a load that is linear within the step.
         by_force: Whether each mode has its own load.
-        halvings: Halvings of the step.
+        halvings: Number of halvings of the steps.
 
     Returns:
         Increments per unit of the state, shape [pair, row, state] or, for uncoupled modes, [pair, 2, mode, 2]; and per
@@ -108,7 +108,12 @@ def _coupled(
     frequency: float | None,
     halvings: int,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return the increments of coupled modes: as `oscillator_increments` by series and doubling, but with matrices."""
+    """Return the increments of coupled modes over a step, by a series and repeated doubling of the step.
+
+    The algorithm is the same as in `oscillator_increments`, but with matrices. Arguments: stiffness, shape [pair,
+    mode]; damping, shape [pair, mode, mode]; step h [s], shape [pair, 1, 1]; loads, shape [pair, mode, load];
+    frequency, halvings and result: see `_increments`.
+    """
     omega, number = np.sqrt(stiffness), stiffness.shape[1]
     # In the state (omega q, q') the matrix is skew-symmetric except for damping, so that its powers do not grow. For
     # free motions (omega = 0) the scale is arbitrary, but must not be 0.
@@ -119,8 +124,8 @@ def _coupled(
     z[:, number:, number:] = -damping
     z, turn = np.ldexp(z * h, -halvings), 1j * np.ldexp((frequency or 0.0) * h, -halvings)
     push = np.concatenate([np.zeros_like(loads), loads], axis=1)
-    # Responses to a constant load (sum of z^n / (n + 1)!), to one that rises from 0 to 1 (of z^n / (n + 2)!), and to
-    # exp(i angle).
+    # Responses to a constant load (sum of z^n / (n + 1)!), to a load that rises from 0 to 1 (sum of z^n / (n + 2)!),
+    # and to the load exp(i angle).
     identity, share = np.eye(2 * number), 0 * turn
     series, rising, driven = np.zeros_like(z), np.zeros_like(push), 0j * push
     for power in range(HIGHEST_POWER, -1, -1):

@@ -1,4 +1,4 @@
-"""Preparation of runs: arguments are checked, structures drawn, and the steps of samples scheduled."""
+"""Preparation of runs: arguments are checked, structures drawn, and the integration steps of samples chosen."""
 
 from __future__ import annotations
 
@@ -21,22 +21,22 @@ from warpdyn.engine.methods.table import METHODS, check_fits
 from warpdyn.foundations.core.checks import check_kind, whole_number
 from warpdyn.model.scene.scene import Scene
 
-# Drawn parameters, and the vibration of each structure with a method's stable step.
+# Drawn parameters by name, and the vibration of each structure with the method's longest stable step.
 Drawn = tuple[Arrays, Vibration]
-MOST_SAMPLES = 2**31 - 1  # samples are counted in 32 bits
+MOST_SAMPLES = 2**31 - 1  # samples are numbered by 32-bit integers
 
 
 @dataclass(frozen=True, eq=False)
 class Run:
-    """A run with checked arguments; any of its structures can be prepared for integration.
+    """A run with checked arguments, from which any of its structures can be prepared for integration.
 
     Args:
-        model: How all samples are integrated.
-        sampler: Sampler of the structures.
+        model: Equation of motion, method, kernel and time grids for all samples.
+        sampler: Sampler of the structures' scattered parameters.
         structures: Number of structures.
-        first: Scattered parameters of the first structure.
+        first: Scattered parameters of the first structure, by name.
         execution: Devices, threads and memory.
-        integration: How samples are integrated.
+        integration: Settings of the integration, with the chosen method.
     """
 
     model: Model
@@ -48,22 +48,22 @@ class Run:
 
     @property
     def samples(self) -> int:
-        """Number of samples."""
+        """Number of samples of the run (of its last event)."""
         return self.samples_by_event[-1]
 
     @property
     def samples_by_event(self) -> tuple[int, ...]:
-        """Number of samples of each event; those of the last event are the samples of the run."""
+        """Number of samples in each event; the samples of the last event are the samples of the run."""
         return tuple(self.structures * samples for samples in self.model.scene.excitation.samples_by_event)
 
     @property
     def findings(self) -> list[StabilityFindings]:
-        """Empty findings of each event."""
+        """New, empty findings on stability for each event."""
         counts = zip(self.samples_by_event, self.model.scene.excitation.event_names, strict=True)
         return [StabilityFindings(count, self.integration.method, name) for count, name in counts]
 
     def draw(self, structures: np.ndarray) -> Drawn:
-        """Return the parameters and the vibration of some structures, given by their indices, increasing."""
+        """Return the scattered parameters and the vibration of the given structures (increasing indices)."""
         threads = self.model.threads
         drawn = self.sampler.draw(structures, threads)
         return drawn, self.model.dynamics.vibration_of(drawn, self.model.method, threads)
@@ -71,14 +71,14 @@ class Run:
     def events(
         self, structures: np.ndarray, queue: Queue, known: Drawn | None = None
     ) -> list[tuple[Ensemble, Vibration]]:
-        """Return some structures with all their samples, and their vibration, event by event.
+        """Return, for each event, the samples of the given structures as an ensemble, and the structures' vibration.
 
-        From the second event on, each sample of the previous event is a structure.
+        From the second event on, each sample of the previous event counts as a separate structure.
 
         Args:
-            structures: Their indices, increasing.
-            queue: Device queue that they will run on.
-            known: Result of `draw` for them, if it has been called.
+            structures: Indices of the structures, increasing.
+            queue: Device queue on which they will be integrated.
+            known: Result of `draw` for these structures; None: they are drawn here.
         """
         model, excitation = self.model, self.model.scene.excitation
         drawn, vibration = self.draw(structures) if known is None else known
@@ -91,7 +91,7 @@ class Run:
                 vibration, building = vibration.select(before.row), before.assignment.structure
             assignment = excitation.assign(building, model.seed, event)
             row = np.repeat(np.arange(building.size, dtype=np.int32), samples // samples_before)
-            if before is None and not drawn:  # one structure serves all
+            if before is None and not drawn:  # all samples share one structure
                 row[:] = 0
             comes_to_rest = event + 1 < len(excitation.event_names)
             schedule = build_schedule(model.scene, model.timeline, vibration, assignment, row, comes_to_rest)
@@ -106,15 +106,15 @@ class Run:
 def build_run(
     scene: Scene, structures: int, how: Integration, execution: Execution, seed: int = 0, **chosen: Any
 ) -> Run:
-    """Check the arguments of a run and build its time grid; only the first structure is drawn.
+    """Check the arguments of a run, draw only its first structure, and return the run with its time grid.
 
     Args:
         scene: The scene.
         structures: Number of structures to draw.
-        how: How they are integrated.
+        how: Settings of the integration.
         execution: Devices, threads and memory.
         seed: Seed of every random draw.
-        chosen: Settings that replace those of `how` after the method is settled, such as `longest_step`.
+        chosen: Settings that replace those of `how` after the method is chosen, such as `longest_step`.
     """
     check_kind("simulate", "a Scene", scene, Scene)
     excitation, dynamics = scene.excitation, dynamics_of(scene)
@@ -126,16 +126,17 @@ def build_run(
     structures, seed = whole_number("structures", structures, 1), whole_number("seed", seed, 0)
     if structures * excitation.samples_per_structure > MOST_SAMPLES:
         raise ValueError(
-            f"{structures} structures have more than {MOST_SAMPLES} samples: divide them into several runs"
+            f"{structures} structures have more than {MOST_SAMPLES} samples: give fewer structures=, and join runs "
+            "of other seeds by wd.join"
         )
     sampler = Sampler(scene.structure, scene.scatter, scene.correlation, scene.sampling, structures, seed)
     if len(excitation.event_names) > 1 and row.kind == "exact":
         raise ValueError(
-            "method 'exact' is for linear structures, which an earthquake does not damage: choose another method for "
+            "method 'exact' is for linear structures, which an earthquake does not damage: give another method= for "
             "an EventSequence, or run each event as a separate scene"
         )
     excitation.check_structures(structures)
-    # A scatter out of bounds is reported for a drawn value, not for its median.
+    # If a distribution exceeds its bounds, the error names a drawn value instead of the median.
     first = sampler.draw(np.arange(1))
     stepped_as = METHODS[FALLBACK] if integration.refinement > 1 else row  # refinement divides the default steps of RK4
     timeline = build_timeline(
@@ -162,10 +163,10 @@ def prepare(
     known: dict[str, Drawn] | None = None,
     **integration: object,
 ) -> tuple[Ensemble, Vibration]:
-    """Prepare all samples of a run of one event at once, on the first of its devices; arguments: see `simulate`.
+    """Return all samples of a run of one event as one ensemble on its first device, and the structures' vibration.
 
-    For several runs of the same samples of one scene, pass the same dictionary `known` each time (empty at first): it
-    keeps the drawn structures and their vibration, by method.
+    Arguments: see `simulate`. For several runs of the same samples of one scene, pass the same dictionary `known` in
+    each call (empty at first): the drawn structures and their vibration are kept in it, by method.
     """
     how = Settled(**integration)  # type: ignore[arg-type]
     run = build_run(scene, structures, how, Execution(device=device, threads=threads).on_first(), seed)

@@ -1,4 +1,4 @@
-"""Sampling of the structures' scattered parameters, by index."""
+"""Sampling of the scattered parameters of a run's structures, by the index of the structure."""
 
 from __future__ import annotations
 
@@ -25,25 +25,25 @@ from warpdyn.model.structures.structure import Structure
 
 REMEDY = "narrow its scatter or use a distribution that stays within bounds"
 REMEDY_OF_COMBINATIONS = "narrow the scatter of these parameters, or correct their GivenValues"
-BYTES_OF_A_POINT = 24  # per variable: SciPy's permutations, its points and a copy
+BYTES_OF_A_POINT = 24  # for each variable: SciPy's permutations, its points and a copy
 
 
 class Sampler:
-    """Draws the scattered parameters of any structures of a run.
+    """Sampler of scattered parameters, for any structures of a run.
 
-    The parameters of a structure depend only on the seed and the index of the structure. In a Latin hypercube they also
-    depend on the number of structures, and all points are kept in memory.
+    The parameters of a structure depend only on the seed and on the index of the structure. In a Latin hypercube they
+    also depend on the number of structures, and all points are kept in memory.
 
     Args:
         structure: The nominal structure.
-        scatter: Scatter of its parameters.
+        scatter: Scatter (distribution) of each scattered parameter.
         correlation: Correlation of pairs of scattered parameters.
-        sampling: One of SAMPLING.
-        structures: Number of structures.
-        seed: Seed.
+        sampling: Kind of sampling, such as "sobol", "latin_hypercube" or "monte_carlo".
+        structures: Number of structures of the run.
+        seed: Seed of the random draws.
 
     Raises:
-        ValueError: If a scatter has given values for another number of structures.
+        ValueError: If the scatter of a parameter lists values for another number of structures.
     """
 
     def __init__(
@@ -82,26 +82,28 @@ class Sampler:
 
     @property
     def digits(self) -> np.ndarray:
-        """Shift and direction numbers of the Sobol sequence, shape [1 + bit, variable]; empty without a sequence."""
+        """Shift and direction numbers of the Sobol sequence, shape [1 + bit, variable]; [[0]] for other samplings."""
         return np.zeros((1, 1), np.uint32) if self._sobol is None else self._sobol.digits
 
     @property
     def points(self) -> np.ndarray:
-        """Points of the Latin hypercube, shape [structure, variable]; empty without one."""
+        """Points of the Latin hypercube, shape [structure, variable]; [[0]] for other samplings."""
         return np.zeros((1, 1)) if self._points is None else self._points
 
     def draw(self, structures: np.ndarray, threads: int = 1, *, is_all: bool = True) -> dict[str, np.ndarray]:
-        """Return the scattered parameters of some structures, of shape [structure, storey] or [structure].
+        """Return the scattered parameters of the given structures by name, shape [structure, storey] or [structure].
 
-        Structures are contiguous in memory. For a LinearSystem the parameters are the factors on its matrices.
+        Values of successive structures are contiguous in memory. For a LinearSystem the parameters are the factors on
+        its matrices.
 
         Args:
-            structures: Their indices, increasing.
-            threads: CPU threads.
-            is_all: Whether all other parameters are nominal; then it is checked that the drawn values fit them.
+            structures: Indices of the structures, increasing.
+            threads: Number of CPU threads.
+            is_all: Whether all other parameters have their nominal values. Then the drawn values are also checked for
+                contradictions with the nominal values.
 
         Raises:
-            ValueError: If a drawn value is out of its parameter's bounds; the message names the parameter and the
+            ValueError: If a drawn value is out of the bounds of its parameter; the message names the parameter and the
                 place.
         """
         points = self._points_of(structures)
@@ -122,7 +124,7 @@ class Sampler:
         return drawn
 
     def _check(self, drawn: dict[str, np.ndarray], structures: np.ndarray, is_all: bool) -> None:
-        """Raise a ValueError if a value is out of its parameter's bounds, or if values contradict each other."""
+        """Raise a ValueError if a value is out of the bounds of its parameter, or if values contradict each other."""
         axes, nominal = ("structure", "storey"), self.structure.nominal_values
         for name, values in drawn.items():
             parameter = self.structure.parameter_table[name]
@@ -143,20 +145,21 @@ class Sampler:
     def _normals(self, structures: np.ndarray, points: np.ndarray | None) -> np.ndarray:
         """Return correlated standard normal values, shape [variable, structure].
 
-        They are made of points in (0, 1), or of random numbers if `points` is None.
+        The values are computed from points in (0, 1), shape [structure, variable], or from random numbers if `points`
+        is None.
         """
         values = lane_rows(len(self.variables), structures.size, CPU_LANES, 0.5)
         if not self.variables:
             return values
         if points is None:
             fill_uniforms(values, self.seed, structures)
-        else:  # the normal value of a point at exactly 0 would be infinite
+        else:  # a point at exactly 0 would give an infinite normal value
             np.clip(points.T, 2.0**-54, 1 - 2.0**-53, out=values[:, : structures.size])
         correlate_normals(values, self.factor)
         return values[:, : structures.size]
 
     def _points_of(self, structures: np.ndarray) -> np.ndarray | None:
-        """Return the points of a Sobol sequence or a Latin hypercube, shape [structure, variable]; None for others."""
+        """Return points of a Sobol sequence or Latin hypercube, shape [structure, variable]; None: random numbers."""
         if self._points is not None:
             return self._points[structures]
         if self._sobol is None:

@@ -1,4 +1,4 @@
-"""Settings of a run in addition to its scene: how samples are integrated, and on which devices."""
+"""Settings of a run in addition to its scene: `Integration` (method, step, number type) and `Execution` (devices)."""
 
 from __future__ import annotations
 
@@ -32,33 +32,34 @@ if TYPE_CHECKING:
 
 ON_UNSTABLE = ("substep", "raise", "flag")
 DTYPES = ("float32", "float64")
-LEAST_TOLERANCE = {"float32": 1e-7, "float64": 1e-14}  # below it the error estimate of a step is only rounding
-DEFAULT_TOLERANCE = 1e-6  # of an adaptive method
-LEAST_ERROR = 1e-8  # least target error
+LEAST_TOLERANCE = {"float32": 1e-7, "float64": 1e-14}  # with a smaller one, the error estimate of a step is rounding
+DEFAULT_TOLERANCE = 1e-6  # relative error that an adaptive method allows in a step [1]
+LEAST_ERROR = 1e-8  # least target error [1]
 
 
 @dataclass(frozen=True, kw_only=True)
 class Integration:
-    """How the samples of a run are integrated.
+    """Settings that decide how the samples of a run are integrated: method, step, number type and stability.
 
     Args:
         method: Name of the integration method, such as "rk4". None: if `target_error` is given, `plan` chooses.
             Otherwise, if no step is given, the cheapest method whose measured error is at most 1.2 times that of "rk4"
             for the scene's laws and device; else "rk4". The attributes `method` and `method_chosen_because` of the run
             contain the method and the reason.
-        dtype: "float32" or "float64". None: "float32", or the choice for `target_error`.
+        dtype: Number type, "float32" or "float64". None: "float32", or the choice for `target_error`.
         step: Integration step [s], which must divide the step of every motion; None: chosen for each motion.
         longest_step: Upper bound of the chosen steps [s], instead of the default rule.
-        resample: Whether a motion whose step is not a multiple of `step` is resampled at `step`, which cuts its peaks.
-        tolerance: Relative error [1] that an adaptive method allows in a step (1e-6 by default); its steps are not
+        resample: Whether a motion whose step is not a multiple of `step` is resampled at `step`. Resampling cuts the
+            peaks of the motion.
+        tolerance: Relative error [1] that an adaptive method allows in a step (default 1e-6). Its steps are never
             longer than those of other methods.
-        target_error: Bound [1] on the relative error of peak drifts, for 95 % of the samples; a pilot run of a few
-            samples chooses the step, and method and dtype if they are not given. None: no pilot run.
-        on_unstable: Treatment of a structure if the step is beyond its stability limit: "substep" (the samples of the
-            structure take the fewest stable steps in each interval of the record), "raise" (an error before any sample
-            runs), or "flag" (status unstable_step). If a step proves too long only during the run, "substep" runs the
-            sample again with shorter steps, within a limit on the cost; "raise" and "flag" do not.
-
+        target_error: Bound [1] on the relative error of peak drifts, for 95 % of the samples. A pilot run of a few
+            samples chooses the step; it also chooses method and dtype if they are not given. None: no pilot run.
+        on_unstable: Action if the step is beyond the stability limit of a structure. "substep": the samples of
+            the structure use the smallest stable number of steps in each interval of the record. "raise": an error
+            before any sample runs. "flag": the status of the samples is unstable_step. If a step turns out to be too
+            long only during the run, "substep" runs the sample again with shorter steps, up to a limit on the cost;
+            "raise" and "flag" do not.
     Raises:
         ValueError: If a name is unknown, a number is out of its range, or arguments contradict each other.
         TypeError: If an argument is of another type.
@@ -85,14 +86,14 @@ class Integration:
                 raise ValueError(
                     "target_error chooses the step: remove target_error, or remove step, longest_step and tolerance"
                 )
-        else:  # with a given step the default method is FALLBACK, because others were measured at default steps only
+        else:  # if a step is given, the default method is FALLBACK, because others were measured at default steps only
             object.__setattr__(self, "dtype", self.dtype or "float32")
             if any(each is not None for each in (self.step, self.longest_step, self.tolerance)):
                 object.__setattr__(self, "method", self.method or FALLBACK)
         self._check()
 
     def _check(self) -> None:
-        """Raise an error if a value is out of its range."""
+        """Raise an error if a setting is out of its range."""
         one_of("on_unstable", self.on_unstable, ON_UNSTABLE)
         if self.method is not None:
             one_of("method", self.method, METHODS)
@@ -107,7 +108,8 @@ class Integration:
         if not METHODS[self.nominal_method].is_adaptive:
             adaptive = [name for name, other in METHODS.items() if other.is_adaptive]
             raise ValueError(
-                f"method {self.nominal_method!r} takes no tolerance: remove tolerance=, or choose {', '.join(adaptive)}"
+                f"method {self.nominal_method!r} does not use a tolerance: remove tolerance=, or choose "
+                f"{', '.join(adaptive)}"
             )
         dtype = self.dtype or "float32"
         if not LEAST_TOLERANCE[dtype] <= real_number("tolerance", self.tolerance, above=0) <= 1:
@@ -117,21 +119,21 @@ class Integration:
 
     @property
     def nominal_method(self) -> str:
-        """The method; "rk4" if it is not chosen yet."""
+        """Name of the method; "rk4" if the method is not chosen yet."""
         return self.method or FALLBACK
 
     @property
     def is_stepped(self) -> bool:
-        """Whether the caller determines the step, directly or by a target error."""
+        """Whether the user determines the step, directly or by a target error."""
         return any(value is not None for value in (self.step, self.longest_step, self.target_error))
 
     def settled(self, forces: StoreyForces, structure: Structure, *, is_gpu: bool) -> Settled:
-        """Return the settings of a structure: its default method if none is given, and its steps per step of RK4.
+        """Return the settings for a structure, with the default method if none is given, and the refinement of steps.
 
         Args:
-            forces: Storey forces that the method must fit.
+            forces: Properties of the storey forces that the method must support.
             structure: The nominal structure.
-            is_gpu: Whether it is run on a GPU.
+            is_gpu: Whether the structure is integrated on a GPU.
         """
         chosen: dict[str, Any] = {"method": self.nominal_method, "dtype": self.dtype or "float32"}
         if self.method is None and self.target_error is None:
@@ -145,12 +147,12 @@ class Integration:
 
 @dataclass(frozen=True, kw_only=True)
 class Settled(Integration):
-    """How the samples of a scene of one structure are integrated, with a method and a number type.
+    """Settings for the integration of a scene of one structure, in which method and number type are decided.
 
     Args:
-        divides_steps: Whether steps that are too long for a sample may be divided; False if the caller gave a step.
+        divides_steps: Whether steps that are too long for a sample may be divided; False if the user gave a step.
         refinement: Number of integration steps that replace each default step of RK4.
-        reason: Why the method is the default of the law; empty if the method or a step is given.
+        reason: Reason why this method is the default for the law; empty if the user gave the method or a step.
     """
 
     method: str = FALLBACK
@@ -165,18 +167,19 @@ class Settled(Integration):
 
 @dataclass(frozen=True, kw_only=True)
 class Execution:
-    """Where a run is executed.
+    """Settings that decide where a run is executed: devices, threads, memory, cluster.
 
     Args:
-        device: "cpu" or "cuda:0"; several GPUs as ["cuda:0", "cuda:1"], or "cuda" for all GPUs, which share the
-            samples. None: the first GPU, or the CPU if there is no GPU.
-        threads: CPU threads; None: every core that this process may use.
-        memory: Memory [bytes] that the blocks in progress may take on the host, and on each device; None: a share of
-            the free memory. `histories` must fit in it, too. A dataset that is returned in memory is not counted.
-        cluster: Client of a `dask.distributed` cluster whose workers run the samples, region by region. `device`,
-            `threads` and `memory` are then those of each worker: its first GPU and its own number of threads by
-            default. Results have the same bits as in this process. If a worker dies, its regions are run again. None:
-            this process runs the samples.
+        device: "cpu" or "cuda:0"; several GPUs as ["cuda:0", "cuda:1"], or "cuda" for all GPUs. Several GPUs share the
+            samples of the run. None: the first GPU, or the CPU if there is no GPU.
+        threads: Number of CPU threads; None: every core that this process may use.
+        memory: Memory [bytes] that the blocks of samples in progress may use on the host, and on each device; None: a
+            share of the free memory. `histories` must fit in this memory, too. A dataset that is returned in memory
+            does not count.
+        cluster: Client of a `dask.distributed` cluster, whose workers integrate the samples in parts (regions).
+            `device`, `threads` and `memory` then apply to each worker; by default a worker uses its first GPU and the
+            number of threads that it was started with. Results are bit-identical to those of this process. If a worker
+            dies, its regions are run again. None: this process integrates all samples.
 
     Raises:
         ValueError: If a number is out of its range.
@@ -200,22 +203,22 @@ class Execution:
 
     @cached_property
     def devices(self) -> tuple[str, ...]:
-        """Devices of this process that the samples are divided among."""
+        """Names of the devices of this process among which the samples are divided."""
         return checked_devices(self.device)
 
     @cached_property
     def free_on_devices(self) -> int:
-        """Least free memory of the devices [bytes] when it was first needed; asking a busy GPU takes 80 ms."""
+        """Smallest free memory of the devices [bytes]; it is read once, because a busy GPU needs 80 ms to answer."""
         return min(free_memory(name) for name in self.devices)
 
     @property
     def cores(self) -> int:
-        """CPU threads that are used."""
+        """Number of CPU threads that are used."""
         return cores() if self.threads is None else int(self.threads)
 
     @property
     def is_gpu(self) -> bool:
-        """Whether samples are run on GPUs."""
+        """Whether samples are integrated on GPUs."""
         return self.devices[0] != "cpu"
 
     def on_first(self) -> Self:
@@ -224,11 +227,12 @@ class Execution:
 
 
 def measured_dampings(structure: Structure) -> tuple[str, ...]:
-    """Return the kinds of damping in the table of default methods that apply to a structure.
+    """Return the kinds of damping, in the table of default methods, that apply to a structure.
 
-    If a building has less damping than the measured buildings with 5 % of critical, or Rayleigh damping in other modes
-    than the first two, its higher modes have less damping. Then it counts as lightly damped by Rayleigh damping, or as
-    undamped, the least accurate case. Viscous dampers whose force is a power of the velocity were not measured.
+    The table was measured with damping of 5 % of critical in the first two modes. If a building has a lower damping
+    ratio, or Rayleigh damping in other modes, its higher modes have less damping than the measured buildings. Then it
+    counts as lightly damped by Rayleigh damping, or as undamped (the least accurate case). Viscous dampers whose force
+    is a power of the velocity were not measured.
     """
     if not isinstance(structure, ShearBuilding):
         return (structure.damping,)
@@ -250,6 +254,6 @@ def measured_dampings(structure: Structure) -> tuple[str, ...]:
 
 
 def check_target_error(target_error: float) -> None:
-    """Raise an error unless a target error can be reached."""
+    """Raise an error unless a target error [1] is from LEAST_ERROR to below 1."""
     if not LEAST_ERROR <= real_number("target_error", target_error, above=0) < 1:
         raise ValueError(f"target_error must be a relative error from {LEAST_ERROR:g} to below 1, got {target_error}")

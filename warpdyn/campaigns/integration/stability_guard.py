@@ -1,4 +1,4 @@
-"""Stability of a run: each structure's limit before it, and reruns of failed samples after it."""
+"""Stability of a run: the step of each sample is limited before the run, and failed samples are run again after it."""
 
 from __future__ import annotations
 
@@ -15,28 +15,29 @@ from warpdyn.foundations.core.output_variables import DIVERGED, NOT_CONVERGED, U
 from warpdyn.model.ground_motions.excitation import MOST_STEPS
 
 # A sample that failed because of its storey law is run again with twice as many steps, up to MOST_RERUNS times. Within
-# a range of structures, each rerun may take at most MOST_COST times the steps of the samples before it, or
+# a range of structures, each rerun may take at most MOST_COST times the steps of the range's earlier samples, or
 # ALWAYS_AFFORDED steps times storeys (0.1 to 1 s for most laws, a few seconds for the slowest): if most of a run fails,
-# it needs another method. A CPU integrates rows of ROW samples: one sample takes as long as ROW samples.
+# it needs another method. A CPU integrates rows of ROW samples, so that one sample takes as long as ROW samples.
 MOST_RERUNS, MOST_COST, ALWAYS_AFFORDED, ROW = 10, 2, 3e7, 16
-# A range consists of whole structures with at most this many samples together, or of one structure. It depends only on
-# the scene, so that no result depends on blocks, regions, devices or on failures outside of the range.
+# A range contains whole structures, which together have at most this many samples, or one structure. It depends only on
+# the scene, so that results do not depend on blocks, regions, devices, or failures outside of the range.
 SAMPLES_OF_A_RANGE = 2**12
-LARGEST_ENERGY_ERROR = 0.02  # over the energy supplied; the error of an accurate run is 100 times smaller
-LARGEST_CHANGE = 0.01  # of a peak drift of a reliable sample in a second run: see accuracy/reliability.py
-# How findings of blocks are merged: SUMS are added, LEAST and MOST take the extreme, FIRST keeps the first value.
+LARGEST_ENERGY_ERROR = 0.02  # divided by the energy supplied; the error of an accurate run is 100 times smaller
+LARGEST_CHANGE = 0.01  # relative change of a reliable sample's peak drift in a second run: accuracy/reliability.py
+# How the findings of two blocks are merged: SUMS are added, LEAST are the minimum, MOST are the maximum, FIRST is the
+# first value that is not empty.
 SUMS: tuple[str, ...] = ("beyond", "unsure", "in_float64", "blank", "too_long", "leaping")
 SUMS += ("off", "sensitive", "unreliable", "checked", "unchecked")
 LEAST, MOST, FIRST = ("longest_accurate", "least"), ("most", "error"), ("first", "never")
 
 
 class StabilityFindings:
-    """Findings on the stability of a run, collected block by block and reported once.
+    """Findings on the stability of a run (counts, extreme steps), collected block by block and reported as warnings.
 
     Args:
         samples: Number of samples of the run.
-        method: Integration method.
-        event: Name of the event of a sequence that the samples belong to, which precedes every message.
+        method: Name of the integration method.
+        event: Name of the event in a sequence that the samples belong to; every message begins with it.
     """
 
     def __init__(self, samples: int, method: str, event: str = "") -> None:
@@ -44,15 +45,15 @@ class StabilityFindings:
         self.beyond = self.unsure = self.in_float64 = self.blank = 0
         self.too_long, self.longest_accurate = 0, np.inf  # samples with an inaccurate step; longest accurate step [s]
         self.failed = dict.fromkeys((DIVERGED, UNSTABLE_STEP, NOT_CONVERGED), 0)
-        self.leaping = 0  # samples with a storey that moved by over half its drift capacity in the step that passed it
+        self.leaping = 0  # samples in which a storey passed its drift capacity by a move of over half of it in one step
         self.least, self.most = np.inf, 1.0  # step that is stable for all [s]; largest factor on the number of steps
-        self.unreliable = self.checked = self.unchecked = 0  # samples, by their flag `unreliable`
-        self.error, self.off, self.sensitive = 0.0, 0, 0  # required error; samples with a larger one; sensitive samples
-        self.first = ""  # description of the first sample beyond the limit
+        self.unreliable = self.checked = self.unchecked = 0  # numbers of samples by their flag `unreliable`
+        self.error, self.off, self.sensitive = 0.0, 0, 0  # required error; samples above it; sensitive samples
+        self.first = ""  # description of the first sample beyond the stability limit
         self.never: int | None = None  # a sample for which no step is stable
 
     def add_limits(self, run: Ensemble, vibration: Vibration) -> np.ndarray:
-        """Find which of a block's samples are beyond the limit of their structure, shape [sample]."""
+        """Add samples to the findings; return which of them have a step beyond the stability limit, shape [sample]."""
         self.least = min(self.least, float(vibration.stable_step.min()))
         longest = vibration.stable_step[run.row]
         unstable = run.schedule.step > longest
@@ -67,7 +68,7 @@ class StabilityFindings:
 
     @staticmethod
     def description(run: Ensemble, vibration: Vibration, sample: int) -> str:
-        """Return the step of a sample, by its place in the ensemble, and its limit as text."""
+        """Return a text with the first period, the step and the stability limit of sample number `sample` of `run`."""
         row = run.row[sample]
         return (
             f"sample {run.sample[sample]}: first period {vibration.period[row]:.4g} s, step "
@@ -81,7 +82,7 @@ class StabilityFindings:
         return findings
 
     def include(self, other: StabilityFindings) -> None:
-        """Add the findings on the samples that follow those included so far, such as those of the next block."""
+        """Add the findings on later samples, such as the samples of the next block, to these findings."""
         for name in SUMS:
             setattr(self, name, getattr(self, name) + getattr(other, name))
         for name in LEAST:
@@ -95,18 +96,18 @@ class StabilityFindings:
             self.failed[code] += other.failed[code]
 
     def add_sample_errors(self, error: float, off: int, sensitive: int) -> None:
-        """Count samples whose estimated error is larger than the required one, and sensitive samples."""
+        """Add `off` samples whose estimated error exceeds the required `error` [1], and `sensitive` samples."""
         self.error, self.off, self.sensitive = error, self.off + off, self.sensitive + sensitive
 
     def add_flags(self, flags: np.ndarray, status: np.ndarray) -> None:
-        """Count samples of a sensitive structure by their flag `unreliable`: yes, no, and not checked."""
+        """Count the samples that did not fail by their flag: > 0 unreliable, 0 reliable, < 0 not checked."""
         ended = status < DIVERGED
         self.unreliable += int(np.count_nonzero(flags[ended] > 0))
         self.checked += int(np.count_nonzero(flags[ended] >= 0))
         self.unchecked += int(np.count_nonzero(flags[ended] < 0))
 
     def refuse(self, any_step: bool) -> None:
-        """Raise a ValueError if a sample has no stable step or, with `any_step`, if any step was beyond its limit."""
+        """Raise a ValueError if no step is stable for a sample or, with `any_step`, if any step is beyond its limit."""
         if self.never is not None:
             raise ValueError(
                 f"{self.event}method {self.method!r} amplifies sample {self.never} at any step, because one of its "
@@ -115,20 +116,20 @@ class StabilityFindings:
         if any_step and self.beyond:
             raise ValueError(
                 f"{self.event}the step is beyond the stability limit of {self.beyond} of {self.samples} samples, the "
-                f"first of them {self.first}. A step of at most {self.least:.4g} s is stable for "
-                "all; on_unstable='substep' divides only the steps of these samples"
+                f"first of them {self.first}. Give a step= of at most {self.least:.4g} s, which is stable for all, or "
+                "on_unstable='substep', which divides only the steps of these samples"
             )
 
     def _are(self, count: int, total: int | None = None) -> str:
-        """Return "1 of 20 samples is" or "3 of 20 samples are"; the total is by default that of all samples."""
+        """Return "1 of 20 samples is" or "3 of 20 samples are"; `total` None: the number of samples of the run."""
         return f"{count} of {self.samples if total is None else total} samples {'is' if count == 1 else 'are'}"
 
     def warn(self, on_unstable: str) -> None:
-        """Warn of steps beyond the limit, of failed samples, and of energy that is out of balance."""
+        """Warn of steps beyond the stability limit, failed or unreliable samples, and energy that does not balance."""
         messages = []
         beyond = f"the step is beyond the stability limit of {self.beyond} of {self.samples} samples"
         if self.beyond and on_unstable == "flag":
-            stable = f"A step of at most {self.least:.3g} s" if self.least > 0 else "No step"
+            stable = f"A step= of at most {self.least:.3g} s" if self.least > 0 else "No step"
             advice = "on_unstable='substep' divides only the steps of these samples"
             advice = advice if self.least > 0 else "use method='rk4', which is stable below a limit, or add damping"
             messages.append(
@@ -215,7 +216,12 @@ class StabilityFindings:
             warn_caller(self.event + text)
 
     def add_outcomes(self, outputs: dict[str, np.ndarray], stable: np.ndarray) -> None:
-        """Count the outcomes of a block's samples whose step was stable."""
+        """Count failures and bad energy balances of a block, for samples whose step was stable.
+
+        Args:
+            outputs: Outputs of the samples by name; the last dimension is the sample.
+            stable: Whether the step of each sample was stable, shape [sample].
+        """
         status = outputs["status"]
         if status.max() >= DIVERGED:
             leaping = np.zeros(status.shape, dtype=bool)
@@ -237,19 +243,19 @@ class StabilityFindings:
 def guard(
     run: Ensemble, vibration: Vibration, on_unstable: str, findings: StabilityFindings | None = None
 ) -> np.ndarray:
-    """Reduce each sample's step to the stability limit of its structure, or return which steps are beyond it.
+    """Compare each sample's step with the stability limit of its structure; with "substep", divide longer steps.
 
     Args:
-        run: The samples; with "substep" their schedule is changed.
-        vibration: Vibration of each of their structures, with the method's longest stable step.
-        on_unstable: "substep" (the fewest stable steps in each interval of the record), "raise" or "flag".
-        findings: Collects the messages.
+        run: The samples. With "substep" their schedule is changed.
+        vibration: Vibration of the structures of the samples, with the method's longest stable step.
+        on_unstable: "substep" (the smallest stable number of steps per interval of the record), "raise" or "flag".
+        findings: Findings to which the samples are added; None: they are discarded.
 
     Returns:
-        Which samples are still beyond the limit, shape [sample].
+        Which samples have a step beyond the limit after this call, shape [sample].
 
     Raises:
-        ValueError: If a sample has no stable step; with "raise", if a sample's step is not stable.
+        ValueError: If a sample has no stable step; with "raise", if a sample's step is beyond the limit.
     """
     findings = StabilityFindings(run.sample.size, run.plan.method) if findings is None else findings
     unstable = findings.add_limits(run, vibration)
@@ -265,45 +271,51 @@ def guard(
 
 
 def stable_substeps(step: np.ndarray, substeps: np.ndarray, longest: np.ndarray) -> np.ndarray:
-    """Return the least numbers of steps in an interval with which steps are stable, as real numbers."""
+    """Return the smallest numbers of steps per interval that are stable, in float64, shape [sample].
+
+    Args:
+        step: Present step of each sample [s].
+        substeps: Present number of steps per interval of each sample.
+        longest: Longest stable step of each sample [s].
+    """
     return np.ceil(step * substeps / longest * (1 - 1e-12))
 
 
 def structures_of_a_range(samples_per_structure: int) -> int:
-    """Return the number of structures whose reruns share one limit."""
+    """Return the number of structures in a rerun range (structures whose failed samples share one limit on reruns)."""
     return max(1, SAMPLES_OF_A_RANGE // samples_per_structure)
 
 
 class Reruns:
-    """Runs failed samples again, within a limit on the steps for each range of structures.
+    """Reruns of failed samples, within a limit on the number of steps for each range of structures.
 
-    The limit for a sample depends only on the samples before it in its range: if many samples of a range fail, a sample
-    may stay failed that would have been run again in a smaller run.
+    The limit for a sample depends only on the samples before it in its range. If many samples of a range fail, a sample
+    may therefore not be run again that would be run again in a smaller run.
     """
 
     def __init__(self) -> None:
-        # Samples and steps charged so far, by range and rerun; rerun 0 is the first run, of all samples.
+        # By (range, rerun): number of samples, and steps charged to them. Rerun 0 is the first run, of all samples.
         self._charges: dict[tuple[int, int], tuple[int, float]] = {}
 
     def settle(self, run: Ensemble, samples: np.ndarray, outputs: dict[str, np.ndarray]) -> None:
-        """Run the failed ones of some samples again, at shorter and shorter steps.
+        """Rerun the samples that failed, with the steps halved in each rerun, and overwrite their outputs.
 
-        A sample that fails at a step that is stable for the linear structure fails because of its law: a Bouc-Wen
-        memory that settles too fast, an iteration that does not converge, a yielding motion that grows. A sample that
-        passes its drift capacity by too long a move in one step is run again as well, because the move may be a
-        numerical blow-up and not a collapse.
+        If a step is stable for the linear structure, a sample fails because of its storey law. Examples: the memory of
+        a Bouc-Wen storey changes too fast, an iteration does not converge, or a yielding motion grows without bound. A
+        sample is also run again if a storey passes its drift capacity by too long a move in one step, which may be a
+        numerical blow-up instead of a collapse.
 
         Args:
-            run: The ensemble of the samples.
-            samples: The samples, after all earlier samples of their ranges.
-            outputs: Their outputs, which are overwritten; the last dimension is the sample.
+            run: Ensemble that contains the samples.
+            samples: Indices of the samples in `run`, after all earlier samples of their ranges.
+            outputs: Outputs of the samples by name, which are overwritten; the last dimension is the sample.
         """
         failed = np.flatnonzero(outputs["status"] >= DIVERGED)
         if not failed.size and run.is_of_whole_ranges:
             return
         structures = structures_of_a_range(run.scene.excitation.samples_per_structure)
         ranges = run.assignment.structure[samples] // structures
-        # No other block charges ranges that end in this block.
+        # Ranges that end in this block are not charged by any other block.
         own = np.flatnonzero(np.isin(ranges, ranges[failed])) if run.is_of_whole_ranges else np.arange(ranges.size)
 
         def steps(which: np.ndarray | slice) -> np.ndarray:
@@ -332,21 +344,24 @@ class Reruns:
     def _charge(
         self, rerun: int, ranges: np.ndarray, steps: Callable[[slice], np.ndarray], which: np.ndarray
     ) -> np.ndarray:
-        """Charge a rerun with samples, and return the steps charged in their ranges up to and including some of them.
+        """Charge the steps of samples to their ranges; return the steps charged up to and including some samples.
 
-        A row of samples is charged with ROW times the steps of its first sample.
+        A row of ROW samples is charged with ROW times the steps of its first sample.
 
         Args:
-            rerun: The rerun.
-            ranges: The range of each sample.
-            steps: The steps of some of the samples.
-            which: Numbers of the samples whose charges are returned, increasing.
+            rerun: Number of the rerun; 0 is the first run.
+            ranges: Range of each sample, shape [sample].
+            steps: Function that returns the number of steps of a slice of the samples.
+            which: Increasing indices of the samples for which the charged steps are returned.
+
+        Returns:
+            Sum of the charged steps in the sample's range, for each sample in `which`.
         """
         charged = np.empty(which.size)
         for first, last in pairwise([*np.flatnonzero(np.diff(ranges, prepend=-1)).tolist(), ranges.size]):
             key = int(ranges[first]), rerun
             count, taken = self._charges.get(key, (0, 0.0))
-            begin = -count % ROW  # the first of these samples that begins a row
+            begin = -count % ROW  # the first of these samples that begins a new row
             sums = taken + np.cumsum(np.append(0.0, ROW * steps(slice(first + begin, last, ROW))))
             own = slice(*np.searchsorted(which, [first, last]))
             charged[own] = sums[(which[own] - first + ROW - begin) // ROW]
@@ -355,12 +370,12 @@ class Reruns:
 
 
 def integrate_guarded(run: Ensemble, samples: np.ndarray, reruns: Reruns | None = None) -> dict[str, np.ndarray]:
-    """Integrate some samples and run those that fail again, at shorter and shorter steps.
+    """Integrate samples, run failed samples again at shorter steps, and return all outputs (the sample is last).
 
     Args:
-        run: The ensemble of the samples.
-        samples: The samples.
-        reruns: Reruns of the samples before them; None if there are no such samples.
+        run: Ensemble that contains the samples.
+        samples: Indices of the samples in `run`.
+        reruns: Reruns of earlier samples, which count for the limit; None if there are no earlier samples.
     """
     outputs = run.integrate(samples)
     (Reruns() if reruns is None else reruns).settle(run, samples, outputs)
@@ -368,7 +383,7 @@ def integrate_guarded(run: Ensemble, samples: np.ndarray, reruns: Reruns | None 
 
 
 def blank_failed(outputs: dict[str, np.ndarray], failed: np.ndarray) -> None:
-    """Set the outputs of failed samples to NaN, or -1, so that no statistic contains a numerical blow-up."""
+    """Set all outputs of failed samples except the status to NaN (integers: -1), so that no statistic uses them."""
     if not failed.any():
         return
     for name, values in outputs.items():

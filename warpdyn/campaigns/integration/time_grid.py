@@ -1,4 +1,4 @@
-"""The time grid of a run: steps that divide each motion's step, and the free vibration after it."""
+"""The time grid of a run: steps that divide the step of each motion, and the free vibration after the motion."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from warpdyn.foundations.core.messages import warn_caller
 from warpdyn.model.ground_motions.excitation import MOST_STEPS, Assignment, Timeline
 from warpdyn.model.scene.scene import Scene
 
-# Default steps per first period and per period of a harmonic load, and the fraction of the stability limit that a step
-# may use.
+# Default number of steps per first period and per period of a harmonic load; fraction of the stability limit that the
+# default step may use.
 STEPS_PER_PERIOD = 100
 SHARE_OF_STABLE_STEP = 0.4
-# Free vibration is integrated until it has decayed to this ratio, for at most this many periods; then the residual
-# drift is averaged over a few more periods.
+# Free vibration is integrated until it has decayed to RESIDUAL_DECAY, for at most LONGEST_DECAY_IN_PERIODS periods;
+# then the residual drift is averaged over RESIDUAL_PERIODS more periods.
 RESIDUAL_DECAY = 0.01
 LONGEST_DECAY_IN_PERIODS = 20.0
 RESIDUAL_PERIODS = 3.0
@@ -27,15 +27,15 @@ RESIDUAL_PERIODS = 3.0
 
 @dataclass(frozen=True, eq=False)
 class Schedule:
-    """How each sample is stepped; one value for each sample.
+    """Integration steps and duration of samples, with one value for each sample.
 
     Args:
-        run_intervals: Intervals of the motion and of the free vibration after it.
-        substeps: Integration steps in one interval.
-        step: Integration step [s].
-        residual_steps: Steps at the end over which the residual drift is averaged.
-        repeats: Number of consecutive samples with the same structure, motion and schedule; all such groups have this
-            size.
+        run_intervals: Number of intervals of the motion and of the free vibration after it, shape [sample].
+        substeps: Number of integration steps per interval, shape [sample].
+        step: Integration step [s], shape [sample].
+        residual_steps: Number of steps at the end over which the residual drift is averaged, shape [sample].
+        repeats: Size of groups of consecutive samples with the same structure, motion and schedule; all groups have
+            this size.
     """
 
     run_intervals: np.ndarray
@@ -46,22 +46,22 @@ class Schedule:
 
     @property
     def columns(self) -> tuple[np.ndarray, ...]:
-        """The values of each sample."""
+        """The four arrays with one value for each sample, in the order of the arguments."""
         return self.run_intervals, self.substeps, self.step, self.residual_steps
 
     def select(self, samples: np.ndarray) -> Schedule:
-        """Return the schedule of some of the samples."""
+        """Return the schedule of the given samples (indices)."""
         run_intervals, substeps, step, residual_steps = (column[samples] for column in self.columns)
         return Schedule(run_intervals, substeps, step, residual_steps)
 
     @staticmethod
     def joined(parts: Sequence[Schedule]) -> Schedule:
-        """Return the schedules of several blocks of samples as one."""
+        """Return one schedule that contains the samples of several schedules, one after the other."""
         columns = [np.concatenate(column) for column in zip(*(part.columns for part in parts), strict=True)]
         return Schedule(columns[0], columns[1], columns[2], columns[3])
 
     def with_substeps(self, samples: np.ndarray, substeps: np.ndarray) -> Schedule:
-        """Return the schedule with another number of substeps for some samples, which run for the same time."""
+        """Return a schedule with new numbers of steps per interval for the given samples; durations do not change."""
         every, step, residual = self.substeps.copy(), self.step.copy(), self.residual_steps.copy()
         finer = substeps / self.substeps[samples]
         every[samples] = substeps
@@ -70,9 +70,9 @@ class Schedule:
 
 
 def default_step(central: Vibration) -> float:
-    """Return the default step [s] of the structure with median parameters."""
+    """Return the default step [s] from the vibration of the structure with median parameters."""
     step = float(central.period[0]) / STEPS_PER_PERIOD
-    if central.stable_step[0] > 0:  # if no step is stable, the guard raises the error
+    if central.stable_step[0] > 0:  # if no step is stable, the stability guard raises an error later
         step = min(step, SHARE_OF_STABLE_STEP * float(central.stable_step[0]))
     return step
 
@@ -85,22 +85,22 @@ def build_timeline(
     resample: bool = False,
     refinement: int = 1,
 ) -> Timeline:
-    """Return the time grid of a scene's motions.
+    """Return the time grid of a scene's motions: intervals, and integration steps per interval, for each motion.
 
     Args:
         scene: The scene.
-        central: Function that returns the vibration of the structure with median parameters. The default step is chosen
-            for this structure, so that the step does not depend on the number of samples.
+        central: Function that returns the vibration of the structure with median parameters. The default step depends
+            only on this structure, so that it does not depend on the number of samples.
         step: Integration step [s] that divides the step of every motion; None: chosen for each motion.
-        longest_step: Upper bound of chosen steps [s]; None: the default step.
+        longest_step: Upper bound of the chosen steps [s]; None: the default step.
         resample: Whether motions whose step is not a multiple of `step` are resampled at `step`.
-        refinement: Number of integration steps that replace each step chosen here.
+        refinement: Number of integration steps that replace each step chosen by these rules.
 
     Raises:
         ValueError: If a step is not finite and positive, or does not divide a motion's step or the duration.
     """
     if step is not None and longest_step is not None:
-        raise ValueError("give simulate() a step or a longest_step, not both")
+        raise ValueError("step= and longest_step= cannot be combined: remove step= or longest_step=")
     if step is not None:
         target = step = real_number("step [s]", step, above=0)
     elif longest_step is not None:
@@ -109,7 +109,9 @@ def build_timeline(
         target = default_step(central())
     excitation = scene.excitation
     if resample and step is None:
-        raise ValueError("resample needs step=, the step at which the motions are resampled")
+        raise ValueError(
+            "resample needs step=, the step at which the motions are resampled: give step= [s], or remove resample"
+        )
     if resample and not excitation.motions:
         raise ValueError("resample needs sampled motions or forces, which this scene does not have: remove resample")
     if excitation.forcing_frequency and longest_step is None:
@@ -128,7 +130,7 @@ def build_timeline(
 
 
 def warn_of_short_tail(scene: Scene, longest_period: float) -> None:
-    """Warn if a scene's tail is too short for the residual drift of its slowest structure."""
+    """Warn if a scene's tail (time of free vibration after the motion) is shorter than the longest period [s]."""
     is_read = "residual" in scene.recorders and scene.excitation.motions
     if scene.tail is None or not is_read or scene.tail >= longest_period:
         return
@@ -146,18 +148,18 @@ def build_schedule(
     row: np.ndarray,
     comes_to_rest: bool = False,
 ) -> Schedule:
-    """Return how each sample is stepped, how long it runs, and how long its residual drift is averaged.
+    """Return the schedule of samples: their steps, their durations, and the time over which residual drift is averaged.
 
     Args:
         scene: The scene.
         timeline: Time grid of each motion.
         vibration: Vibration of each drawn structure.
-        assignment: Which structure and motion each sample has.
-        row: Place of each sample's structure in `vibration`, shape [sample].
-        comes_to_rest: Whether free vibration is integrated to rest although no residual drift is recorded.
+        assignment: Structure and motion of each sample.
+        row: Index of each sample's structure in `vibration`, shape [sample].
+        comes_to_rest: Whether free vibration is integrated until rest even if no residual drift is recorded.
 
     Raises:
-        ValueError: If a sample would take more steps than can be counted.
+        ValueError: If a sample would take more steps than MOST_STEPS.
     """
     # Compute values once for consecutive samples with the same structure and motion. If all structures have the same
     # motions, compute values that depend only on the motion once for each motion.
@@ -173,7 +175,7 @@ def build_schedule(
     if steps.max() >= MOST_STEPS:
         raise ValueError(
             f"a sample would take {steps.max():.3g} steps, but at most {MOST_STEPS} can be counted: "
-            "choose a longer step or a shorter tail"
+            "give a longer step= or a smaller Scene(tail=...)"
         )
     step = interval / substeps
     residual_steps = np.ones(1)  # used only if residual drifts are recorded
@@ -189,13 +191,13 @@ def build_schedule(
 def tail_of(
     scene: Scene, period: np.ndarray, decay: np.ndarray, comes_to_rest: bool = False
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return the times of free vibration after a motion, and of the average of the residual drift [s].
+    """Return two times [s]: of the free vibration after a motion, and of the average that gives the residual drift.
 
     Args:
         scene: The scene.
-        period: First periods [s], shape [...].
-        decay: Slowest rates of decay [1/s], shape [...].
-        comes_to_rest: See `build_schedule`.
+        period: First periods of structures [s], of any shape.
+        decay: Slowest rates of decay of these structures [1/s], of the same shape.
+        comes_to_rest: Whether free vibration is integrated until rest even if no residual drift is recorded.
     """
     window = RESIDUAL_PERIODS * period
     if not scene.excitation.has_tail:
@@ -207,29 +209,41 @@ def tail_of(
         with np.errstate(divide="ignore"):
             decayed = np.log(1 / RESIDUAL_DECAY) / decay
         return np.minimum(decayed, LONGEST_DECAY_IN_PERIODS * period) + window, window
-    return period, window  # the peak may occur shortly after the motion's end
+    return period, window  # one period, because the peak may occur shortly after the motion's end
 
 
 def intervals_with_tail(intervals: np.ndarray, tail: np.ndarray, interval: np.ndarray) -> np.ndarray:
-    """Return the numbers of intervals of motions with the free vibration after them, as real numbers."""
+    """Return the numbers of intervals of motions including the free vibration after them, in float64.
+
+    Args:
+        intervals: Number of intervals of each motion.
+        tail: Time of free vibration after each motion [s].
+        interval: Length of an interval of each motion [s].
+    """
     return intervals + np.ceil(tail / interval * (1 - 1e-9))
 
 
 def steps_of_window(window: np.ndarray, step: np.ndarray, steps: np.ndarray) -> np.ndarray:
-    """Return the numbers of steps over which residual drifts are averaged, as real numbers."""
+    """Return the numbers of steps over which residual drifts are averaged (1 to `steps`), in float64.
+
+    Args:
+        window: Time of the average [s].
+        step: Integration steps [s].
+        steps: Numbers of steps of the samples.
+    """
     return np.clip(np.round(window / step), 1, steps)
 
 
 def divided(step: np.ndarray, residual_steps: np.ndarray, factor: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return steps [s] and numbers of steps of the residual drift after the steps are divided by a factor."""
+    """Return the steps [s] divided by `factor`, and the numbers of steps of the residual drift times `factor`."""
     return step / factor, np.maximum(np.round(residual_steps * factor), 1)
 
 
 def motions_of_all(structure: np.ndarray, motion: np.ndarray) -> np.ndarray:
-    """Return the motions of every structure, in order; empty if structures have different motions or another order.
+    """Return the motions of one structure if all structures have the same motions in the same order; otherwise empty.
 
     Args:
-        structure: Place of each sample's structure, shape [sample].
+        structure: Index of each sample's structure, shape [sample].
         motion: Motion of each sample, shape [sample].
     """
     count = int(np.argmax(structure != structure[0])) or structure.size  # samples of the first structure

@@ -1,1 +1,1 @@
-"""Portfolios: runs of buildings of different types."""
+"""Portfolios: runs of buildings of different types, whose results are joined in one dataset."""

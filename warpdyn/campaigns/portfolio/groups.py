@@ -1,4 +1,4 @@
-"""Groups of a portfolio's buildings that share a kernel and a default step, each as one scene."""
+"""Groups of a portfolio's buildings that share a kernel and a default step; each group is run as one scene."""
 
 from __future__ import annotations
 
@@ -22,20 +22,20 @@ from warpdyn.model.structures.physics import physics_problem
 from warpdyn.model.structures.shear_building import ShearBuilding
 from warpdyn.model.structures.structure import Structure
 
-# Default steps are 10 ms divided by a power of 2: they divide the steps of most records, so that rounding down costs
-# little, and buildings of similar periods share a launch.
-ROUND_STEP = 0.01  # s
+# Default steps are 10 ms divided by a power of 2. They divide the steps of most records, so that rounding down costs
+# little, and buildings with similar periods share a launch.
+ROUND_STEP = 0.01  # [s]
 
 
 @dataclass(frozen=True, eq=False)
 class Group:
-    """Buildings that are integrated by one run.
+    """A group of a portfolio's buildings, which are integrated by one run.
 
     Args:
-        scene: Their scene, in which the values of every parameter are given.
-        buildings: Their numbers in the portfolio, increasing.
-        longest_step: Upper bound of their steps [s]; None for the settings of the run.
-        archetypes: Names of their archetypes.
+        scene: Scene of the group; it lists the values of every parameter for each building.
+        buildings: Numbers of the buildings in the portfolio, increasing.
+        longest_step: Upper bound of the buildings' steps [s]; None: the settings of the run decide.
+        archetypes: Names of the archetypes of the buildings.
     """
 
     scene: Scene
@@ -45,7 +45,7 @@ class Group:
 
     @contextmanager
     def named_in_messages(self) -> Iterator[None]:
-        """Put a description of the buildings before the messages of errors and warnings."""
+        """Return a context in which messages of errors and warnings begin with a description of these buildings."""
         shown = ", ".join(repr(name) for name in self.archetypes[:3]) + (", ..." if len(self.archetypes) > 3 else "")
         many = "s" if len(self.archetypes) > 1 else ""
         count, storeys = amount_of(self.buildings.size, "building"), amount_of(self.scene.structure.dofs, "storey")
@@ -64,13 +64,13 @@ class Group:
 
 
 def scenes_of(scene: Scene) -> dict[str, Scene]:
-    """Return the scene of each archetype.
+    """Return the scene of each archetype of a portfolio, by the name of the archetype.
 
     Args:
         scene: The scene of a portfolio.
 
     Raises:
-        ValueError: If an archetype does not fit; the message names it.
+        ValueError: If an archetype is not compatible with the scene; the message names the archetype.
     """
     scenes = {}
     for name, archetype in portfolio_of(scene).archetypes.items():
@@ -82,16 +82,16 @@ def scenes_of(scene: Scene) -> dict[str, Scene]:
 
 
 def portfolio_of(scene: Scene) -> Portfolio:
-    """Return the portfolio of a scene of many buildings."""
+    """Return the portfolio of a scene whose structure is a portfolio."""
     assert isinstance(scene.structure, Portfolio)
     return scene.structure
 
 
 def checked_archetypes(scene: Scene, method: str) -> dict[str, tuple[Scene, Dynamics]]:
-    """Return the scene and the equation of motion of each archetype, after a check that the method supports it.
+    """Return the scene and the equation of motion of each archetype, by name; check that the method supports each.
 
     Raises:
-        ValueError: If an archetype does not fit the scene or the method; the message names it.
+        ValueError: If an archetype is not compatible with the scene or the method; the message names the archetype.
     """
     found = {}
     for name, own in scenes_of(scene).items():
@@ -105,29 +105,29 @@ def checked_archetypes(scene: Scene, method: str) -> dict[str, tuple[Scene, Dyna
 def groups_of(
     portfolio: Portfolio, archetypes: dict[str, tuple[Scene, Dynamics]], integration: Integration, seed: int
 ) -> list[Group]:
-    """Return the buildings in groups, one for each kernel and default step.
+    """Return the buildings of a portfolio in groups, one group for each kernel and default step.
 
-    A building's kernel, its step and its parameters do not depend on the rest of the portfolio.
+    The kernel, the step and the parameters of a building do not depend on the rest of the portfolio.
 
     Args:
-        portfolio: The buildings.
-        archetypes: Scenes and equations of motion from `checked_archetypes`.
-        integration: How they are integrated.
+        portfolio: The portfolio.
+        archetypes: Scenes and equations of motion by archetype, from `checked_archetypes`.
+        integration: Settings of the integration.
         seed: Seed of every random draw.
 
     Raises:
-        ValueError: If a drawn value is out of bounds.
+        ValueError: If a drawn value is out of the bounds of its parameter.
     """
     method, row = integration.nominal_method, METHODS[integration.nominal_method]
     members: dict[tuple, list[int]] = {}
     names, drawn = list(archetypes), []
     for place, (name, (own, dynamics)) in enumerate(archetypes.items()):
-        drawn.append(parameters_of(portfolio, name, seed))  # before the step, so that errors name drawn values
+        drawn.append(parameters_of(portfolio, name, seed))  # before the step, so that errors name the drawn values
         longest = None if integration.is_stepped else _rounded_step(own, dynamics, row)
-        # The kernel, which may depend on parameter values (a law's exponents, the kind of viscous dampers), and its
-        # inputs; the number type and the device are common to all.
+        # The kernel may depend on parameter values, such as a law's exponents or the kind of viscous dampers. The
+        # number type and the device are the same for all archetypes.
         kernel = plan_of(own, dynamics, method, "float32", is_gpu=False)
-        # Default steps, checks and runs in float64 depend on these properties, for all buildings of a group.
+        # Default steps, checks and reruns in float64 depend on these properties, which all buildings of a group share.
         treated = dynamics.counts_reversals, dynamics.is_sensitive
         members.setdefault((kernel, *_kind(own.structure), *treated, longest), []).append(place)
     groups = []
@@ -144,7 +144,7 @@ def groups_of(
 
 
 def _kind(building: Structure) -> tuple:
-    """Return the properties of a building besides its kernel and its parameter values."""
+    """Return the properties (other than kernel and parameter values) that all buildings of a group must share."""
     assert isinstance(building, ShearBuilding)
     damping = building.damping, building.damping_modes, building.damped_storeys
     own_storeys = tuple(building.own_storeys.tolist())
@@ -158,15 +158,15 @@ def _kind(building: Structure) -> tuple:
 
 
 def parameters_of(portfolio: Portfolio, name: str, seed: int) -> dict[str, np.ndarray]:
-    """Return every parameter of an archetype's buildings, shape [building, storey] or [building].
+    """Return every parameter of the buildings of one archetype, by name, shape [building, storey] or [building].
 
     Args:
-        portfolio: The buildings.
-        name: The archetype.
+        portfolio: The portfolio.
+        name: Name of the archetype.
         seed: Seed of every random draw.
 
     Raises:
-        ValueError: If a value is out of its parameter's bounds, or values do not fit each other.
+        ValueError: If a value is out of the bounds of its parameter, or values contradict each other.
     """
     archetype, place = portfolio.archetypes[name], list(portfolio.archetypes).index(name)
     building, count, first = archetype.building, int(portfolio.counts[place]), int(portfolio.first[place])
@@ -186,6 +186,6 @@ def parameters_of(portfolio: Portfolio, name: str, seed: int) -> dict[str, np.nd
 
 
 def _rounded_step(scene: Scene, dynamics: Dynamics, method: Method) -> float:
-    """Return the default step of an archetype, rounded down."""
+    """Return the default step of an archetype [s], rounded down to ROUND_STEP divided by a power of 2."""
     step = default_step(central_vibration(scene, dynamics, method))
     return ROUND_STEP / 2.0 ** max(0, int(np.ceil(np.log2(ROUND_STEP / step) - 1e-9)))

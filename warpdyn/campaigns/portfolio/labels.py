@@ -1,4 +1,4 @@
-"""One dataset of the samples of a portfolio's groups, in the order of the buildings."""
+"""Dataset of a portfolio: the samples of all groups of buildings, joined in the order of the buildings."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ from warpdyn.foundations.files.unfinished import STORE_SUFFIX, Unfinished
 from warpdyn.foundations.files.zarr_stores import complete, lay_out, write_region
 from warpdyn.model.scene.portfolio import Portfolio
 
-SAMPLES_AT_A_TIME = 2**17  # joined in memory before they are written to a file
-# Attributes of the variables that name the building of a sample.
+SAMPLES_AT_A_TIME = 2**17  # number of samples that are joined in memory before they are written to a file
+# Attributes of the variables that identify the building of a sample.
 OF_SAMPLE: dict[str, dict[str, str]] = {
     "building": {"long_name": "number of the building in the portfolio", "units": "1"},
     "archetype_index": {"long_name": "index along the dimension archetype", "units": "1"},
@@ -25,15 +25,16 @@ OF_SAMPLE: dict[str, dict[str, str]] = {
 
 
 class Joined:
-    """The samples of a portfolio's groups in the order of the buildings.
+    """Samples of a portfolio's groups (buildings with the same kernel and step), in the order of the buildings.
 
     Args:
-        portfolio: The buildings.
-        buildings: The numbers of the buildings of each group, increasing.
-        templates: The template of the dataset of each group.
-        rows: Values of the samples of each group by name: arrays, or objects that return arrays for slices.
-        samples_per_building: Samples of each building.
-        rest: Attributes of the dataset, and the error estimate of all groups, from `largest_estimate`.
+        portfolio: The portfolio.
+        buildings: For each group, the numbers of its buildings in the portfolio, increasing.
+        templates: For each group, the template of its dataset.
+        rows: For each group, the values of its samples by variable name, as arrays or as objects that return arrays for
+            slices.
+        samples_per_building: Number of samples of each building.
+        rest: Attributes of the dataset, and the error estimate of all groups from `largest_estimate`.
     """
 
     def __init__(
@@ -49,7 +50,7 @@ class Joined:
         self.parts = list(zip(buildings, rows, strict=True))
         self.archetype = np.repeat(np.arange(len(portfolio.archetypes), dtype=np.int32), portfolio.counts)
         self.of_run = rest
-        # For each name: the variable of the first group that has it, and a type for the values of all groups.
+        # For each variable name: the variable of the first group that has it, and a number type for all groups.
         found: dict[str, xr.Variable] = {}
         for template in templates:
             found = template.variables | found
@@ -61,7 +62,7 @@ class Joined:
         self.coordinates = {name for template in templates for name in template.coords}
 
     def in_memory(self) -> xr.Dataset:
-        """Return the dataset; the memory of the groups is freed variable by variable."""
+        """Return the dataset in memory; the memory of the groups is freed after each variable."""
         joined = {}
         for name in self.columns:
             joined[name] = self._rows(name, 0, self.portfolio.buildings)
@@ -71,7 +72,7 @@ class Joined:
         return dataset.merge(self.of_run).assign_attrs(dataset.attrs | self.of_run.attrs)
 
     def in_file(self, unfinished: Unfinished) -> xr.Dataset:
-        """Write the dataset to a file, some buildings at a time, and return the dataset of the file."""
+        """Write the dataset to a netCDF file, some buildings at a time, and return it as an opened dataset."""
         together = max(1, SAMPLES_AT_A_TIME // self.samples_per_building)
         with GrowingFile(unfinished, self.portfolio.buildings * self.samples_per_building) as file:
             for first in range(0, self.portfolio.buildings, together):
@@ -82,7 +83,7 @@ class Joined:
         return xr.open_dataset(unfinished.path, engine="netcdf4")
 
     def in_store(self, unfinished: Unfinished) -> xr.Dataset:
-        """Write the dataset to a Zarr store, some buildings at a time, and return the dataset of the store."""
+        """Write the dataset to a Zarr store, some buildings at a time, and return it as an opened dataset."""
         together = max(1, SAMPLES_AT_A_TIME // self.samples_per_building)
         store, buildings = unfinished.kept / f"joined{STORE_SUFFIX}", self.portfolio.buildings
         none = self._labelled(self._named({name: self._rows(name, 0, 0) for name in self.columns}, 0))
@@ -97,7 +98,7 @@ class Joined:
         return xr.open_zarr(unfinished.path)
 
     def _rows(self, name: str, first: int, last: int) -> np.ndarray:
-        """Return a variable for all samples of some buildings, NaN at storeys that a building does not have."""
+        """Return a variable for all samples of buildings first to last - 1; NaN at storeys that a building lacks."""
         widths = (int(self.portfolio.storeys.max()),) * (self.columns[name].ndim - 1)
         dtype = self.dtypes[name]
         rows = np.full((last - first, self.samples_per_building, *widths), np.nan if dtype.kind == "f" else 0, dtype)
@@ -112,7 +113,7 @@ class Joined:
         return rows.reshape(-1, *widths)
 
     def _named(self, rows: dict[str, np.ndarray], first: int) -> dict[str, np.ndarray]:
-        """Return rows with the numbers of their samples and buildings in the portfolio, from a first building on."""
+        """Add the numbers of samples, buildings and archetypes to values of samples from building `first` on."""
         count = len(rows["sample"]) // self.samples_per_building
         rows["sample"] = (np.arange(len(rows["sample"])) + first * self.samples_per_building).astype(np.int32)
         del rows["structure"]
@@ -124,7 +125,7 @@ class Joined:
         return rows
 
     def _labelled(self, rows: dict[str, np.ndarray]) -> xr.Dataset:
-        """Return the dataset of some samples."""
+        """Return the dataset of samples, given by their values by name, with all labels of the portfolio."""
         own: dict[str, tuple] = {name: (("sample",), attributes) for name, attributes in OF_SAMPLE.items()}
         own |= {name: (variable.dims, variable.attrs) for name, variable in self.columns.items()}
         variables = {name: xr.Variable(own[name][0], values, own[name][1]) for name, values in rows.items()}
@@ -140,7 +141,7 @@ class Joined:
 
 
 def table_of_archetypes(names: Iterable[str], storeys: ArrayLike, buildings: ArrayLike) -> dict[str, xr.Variable]:
-    """Return the variables along `archetype` from names, numbers of storeys and numbers of buildings."""
+    """Return the variables along `archetype` (name, number of storeys, number of buildings), by variable name."""
     name = np.array(list(names), dtype=str)
     found = {"archetype": xr.Variable("archetype", name, {"long_name": "name of the archetype"})}
     for what, values in {"storeys": storeys, "buildings": buildings}.items():
@@ -150,7 +151,10 @@ def table_of_archetypes(names: Iterable[str], storeys: ArrayLike, buildings: Arr
 
 
 def common_attributes(runs: list[xr.Dataset], seconds: float) -> dict[str, object]:
-    """Return the attributes that describe the integration of runs; if an attribute differs, all its values."""
+    """Return the attributes of a portfolio's dataset from the datasets of its groups; differing values are all listed.
+
+    `seconds` is the time that was spent before the groups were run [s]; it is added to "seconds_sampling".
+    """
     attributes = {name: runs[0].attrs[name] for name in ("on_unstable", "device")}
     for name in ("method", "method_chosen_because", "dtype", "kernel", "resampled"):
         texts = dict.fromkeys(str(run.attrs[name]) for run in runs if name in run.attrs)
@@ -167,7 +171,10 @@ def common_attributes(runs: list[xr.Dataset], seconds: float) -> dict[str, objec
 
 
 def largest_estimate(runs: list[xr.Dataset]) -> xr.Dataset:
-    """Return the largest of the runs' error estimates, which bounds every quantile over all of their samples."""
+    """Return a dataset with the largest error estimate of the groups' datasets; empty if there are no estimates.
+
+    For each quantile, the largest value of the groups is an upper bound for all their samples together.
+    """
     found = [run["estimated_relative_error"] for run in runs if "estimated_relative_error" in run]
     if not found:
         return xr.Dataset()

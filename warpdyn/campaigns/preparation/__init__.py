@@ -1,1 +1,1 @@
-"""Preparation of structures and samples by kernels of their device."""
+"""Preparation of structures and samples by kernels on the device that integrates them."""

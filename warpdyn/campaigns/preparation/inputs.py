@@ -1,4 +1,4 @@
-"""Inputs of the samples of some structures, which are functions of the seed and of the structures' numbers."""
+"""Inputs of samples (structure, motion, parameters), which depend only on the seed and on the structures' numbers."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from warpdyn.model.ground_motions.excitation import Assignment
 
 
 class Inputs:
-    """Inputs of all samples of some structures; each is computed when it is first needed.
+    """Inputs of all samples of some structures; each input is computed when it is first needed.
 
     Args:
-        run: The run.
-        structures: Indices of the structures, increasing, shape [structure].
+        run: The prepared run.
+        structures: Indices of the structures in the run, increasing, shape [structure].
     """
 
     def __init__(self, run: Run, structures: np.ndarray) -> None:
@@ -26,7 +26,7 @@ class Inputs:
         self.samples_per_structure = run.samples // run.structures
 
     def select(self, structures: np.ndarray) -> Inputs:
-        """Return the inputs of other structures of the run, given by their indices, increasing."""
+        """Return the inputs of other structures of the run (increasing indices)."""
         part = copy.copy(self)
         part.__dict__.pop("assignment", None)
         part.__dict__.pop("drawn", None)
@@ -41,10 +41,10 @@ class Inputs:
 
     @cached_property
     def assignment(self) -> Assignment:
-        """Which structure and motion each sample has."""
+        """Structure, motion and scale factor of each sample."""
         return self.scene.excitation.assign(self.structures, self._seed)
 
     @cached_property
     def drawn(self) -> Arrays:
-        """The scattered parameters of the structures; the first dimension is the structure."""
+        """Scattered parameters of the structures by name; the first dimension is the structure."""
         return self._sampler.draw(self.structures, self._threads)

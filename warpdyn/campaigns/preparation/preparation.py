@@ -1,4 +1,4 @@
-"""Preparation of the blocks of a run on their devices."""
+"""Preparation of the blocks of a run (drawing, steps, sorting) by kernels on the device that integrates them."""
 
 from __future__ import annotations
 
@@ -23,25 +23,25 @@ from warpdyn.engine.kernels.queues import Queue
 from warpdyn.engine.tracing.arrays import NotTraceableError
 from warpdyn.model.ground_motions.excitation import Assignment
 
-# Recording the computation takes 10 to 20 ms, as long as the host's preparation of 2^14 structures or of 2^18 samples
-# of a few structures (H100, 16 cores).
+# Recording the NumPy computation as a kernel takes 10 to 20 ms. In this time the host prepares 2^14 structures, or 2^18
+# samples of a few structures (H100, 16 cores).
 LEAST_SAMPLES = 2**17
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class PreparedBlock:
-    """The arrays of a block of samples in the memory of its device, and what the host must know of them.
+    """A block of samples whose arrays a device has prepared in its memory, with the results that the host needs.
 
     Args:
-        structures, samples: Arguments of the kernels of histories.
+        structures, samples: Arguments of the kernels that integrate the samples.
         dtype: Number type of these kernels.
-        fields: Names of the arrays of `samples`.
+        fields: Names of the arrays in `samples`.
         count: Number of samples.
-        step: Step of each sample [s], in float64.
-        substeps: Steps in an interval of each sample.
-        groups: Number of steps in an interval and number of samples of each launch.
-        counts, extremes: Results of the kernels; see `engine/kernels/preparing`.
-        usual_steps: Steps of the samples of each structure [s] if none was divided; None if structures differ.
+        step: Integration step of each sample [s], a device array in float64.
+        substeps: Number of steps per motion interval of each sample, a device array.
+        groups: For each launch, the number of steps per interval and the number of samples.
+        counts, extremes: Counts and extreme values from the preparation kernels; see `engine/kernels/preparing`.
+        usual_steps: Steps of the samples of each structure [s] if no step was divided; None if structures differ.
     """
 
     structures: Any
@@ -58,17 +58,17 @@ class PreparedBlock:
 
     @property
     def is_refused(self) -> bool:
-        """Whether a structure or a sample is invalid, or too unusual for the kernels."""
+        """Whether a structure or a sample is invalid or cannot be prepared by kernels, so that the host must do it."""
         return bool(self.counts[of_samples.REFUSED])
 
     @property
     def unstable(self) -> int:
-        """Number of samples whose step was beyond the stability limit."""
+        """Number of samples whose step was beyond the stability limit before it was divided."""
         return int(self.counts[of_samples.UNSTABLE])
 
     @property
     def first_unstable(self) -> int:
-        """The first of them."""
+        """Index of the first sample whose step was beyond the stability limit."""
         return int(self.counts[of_samples.FIRST_UNSTABLE])
 
     @property
@@ -78,57 +78,57 @@ class PreparedBlock:
 
     @property
     def longest_period(self) -> float:
-        """Longest first period [s]."""
+        """Longest first period of the structures [s]."""
         return float(self.extremes[LONGEST_PERIOD])
 
     @property
     def least_stable_step(self) -> float:
-        """Step that is stable for all structures [s]."""
+        """Longest step that is stable for all structures [s]."""
         return float(self.extremes[LEAST_STABLE_STEP])
 
     @property
     def largest_factor(self) -> float:
-        """Largest factor by which a number of steps was multiplied because of stability."""
+        """Largest factor by which the number of steps of a sample was multiplied to make it stable."""
         return float(self.extremes[of_samples.LARGEST_FACTOR])
 
     @property
     def least_accurate_step(self) -> float:
-        """Step that is accurate for all samples [s]."""
+        """Longest step that is accurate for all samples [s]."""
         return float(self.extremes[of_samples.LEAST_ACCURATE_STEP])
 
     def samples_from(self, first: int, count: int) -> Any:
-        """Return the argument `samples` for a launch of `count` samples, in the order of the launch."""
+        """Return the kernel argument `samples` for `count` samples from number `first` on, in the launch order."""
         if count == self.count:
             return self.samples
         return arguments.with_part(self.samples, "Samples", self.fields, self.dtype, order=slice(first, first + count))
 
     def on_host(self, first: int, count: int) -> tuple[np.ndarray, np.ndarray]:
-        """Return the order of a launch and the durations of the samples for a CPU; a GPU does not read them."""
+        """Return the launch order and the durations (in intervals) of samples for a CPU; a GPU does not read them."""
         if not self.step.device.is_cpu:
             nothing = np.arange(0)
             return nothing, nothing
         return self.samples.order.numpy()[first : first + count], self.samples.run_intervals.numpy()
 
     def steps(self) -> np.ndarray:
-        """Return the step of each sample [s]."""
+        """Return the integration step of each sample [s]."""
         if self.usual_steps is None or self.counts[of_samples.IS_DIVIDED]:
             return self.step.numpy().copy()
         return np.tile(self.usual_steps, self.count // self.usual_steps.size)
 
     def numbers_of_steps(self) -> np.ndarray:
-        """Return the number of integration steps of each sample, as real numbers."""
+        """Return the number of integration steps of each sample, in float64."""
         numbers: np.ndarray = self.samples.run_intervals.numpy() * self.substeps.numpy().astype(np.float64)
         return numbers
 
 
 class Preparation:
-    """Prepares blocks of a run on their devices.
+    """Preparation of a run's blocks by kernels on the devices: structures are drawn, steps chosen, samples sorted.
 
     Args:
-        run: The run.
+        run: The prepared run.
 
     Raises:
-        NotTraceableError: If kernels cannot prepare the run.
+        NotTraceableError: If kernels cannot prepare this run.
     """
 
     def __init__(self, run: Run) -> None:
@@ -148,18 +148,18 @@ class Preparation:
 
     @property
     def kernels(self) -> list[wp.Kernel]:
-        """The kernels that prepare a block."""
+        """The kernels that prepare a block of samples."""
         return [*([] if self._structures is None else self._structures.kernels), *self._samples.kernels]
 
     def begin(self, structures: range, queue: Queue) -> Callable[[], PreparedBlock]:
-        """Queue the preparation of the samples of some structures; the result waits for it, and returns the block."""
+        """Queue the preparation of a range of structures; return a function that waits for it and returns the block."""
         count, samples, first = len(structures), len(structures) * self._each, structures.start
         with queue.urgently():
             shape = 1 if self._structures is None else count
             vibration = queue.memory("vibration", "", (3, shape), wp.float64)
             counts = queue.memory("counts", "", (of_samples.COUNTS,), wp.int32)
             extremes = queue.memory("extremes", "", (of_samples.EXTREMES,), wp.float64)
-            # Copies before kernels: the host waits for a copy, which waits for kernels that were queued before it.
+            # Copy before launching kernels: the host waits for a copy, which waits for kernels queued before it.
             counts.assign(_first_counts(samples))
             extremes.assign(np.array([0.0, np.inf, 1.0, np.inf]))
             design = self._design(structures, queue)
@@ -196,8 +196,11 @@ class Preparation:
         return finish
 
     def _packed(self, first: int, count: int, queue: Queue, vibration: Any, counts: Any, extremes: Any) -> Any:
-        """Return the structures as kernels read them, and compute their vibration."""
-        if self._structures is None:  # one structure serves all samples
+        """Queue the preparation of `count` structures from number `first` on; return them as kernels read them.
+
+        The kernels write periods, decays and stable steps of the structures to `vibration`.
+        """
+        if self._structures is None:  # nothing is drawn: all samples share one structure
             drawn, of_one = self.run.draw(np.arange(1))
             rows = np.array([of_one.period, of_one.decay, of_one.stable_step])
             vibration.assign(rows)
@@ -210,7 +213,14 @@ class Preparation:
         return struct
 
     def _struct(self, kind: str, rows: Mapping[str, tuple[int, ...]], count: int, queue: Queue) -> Any:
-        """Return a struct of `structs` with memory for fields; `rows` has their shapes without the last dimension."""
+        """Return a kernel struct of the name `kind` with device memory for its fields.
+
+        Args:
+            kind: Name of the struct, "Structure" or "Samples".
+            rows: Shape of each field without its last dimension.
+            count: Length of the last dimension: number of structures or samples.
+            queue: Device queue.
+        """
         struct = getattr(structs(self.dtype), kind)
         instance = struct()
         for name, shape in rows.items():
@@ -218,7 +228,7 @@ class Preparation:
         return instance
 
     def _design(self, structures: range, queue: Queue) -> Design:
-        """Return the motions and scales of samples in the memory of the device of a queue."""
+        """Return the motions and scale factors of the samples of a range of structures, in the memory of a device."""
         device = queue.device
         if self._pattern is None and self._table is None:
             assignment = self.run.model.scene.excitation.assign(np.asarray(structures), self.run.model.seed)
@@ -236,14 +246,14 @@ class Preparation:
         return self._brought[device]._replace(site=site)
 
     def _brought_to(self, device: str, assignment: Assignment, kind: int) -> Design:
-        """Return motions and scales in the memory of a device."""
+        """Return motions and scale factors in the memory of a device; `kind` is the kind of design that they follow."""
         timeline = self.run.model.timeline
 
         def brought(values: np.ndarray, dtype: Any) -> Any:
             return wp.array(np.ascontiguousarray(values), dtype=dtype, device=device)
 
         tie = np.zeros(assignment.motion.size, np.uint32)
-        if self._has_ties:  # the strongest motions first, as the host sorts them
+        if self._has_ties:  # the strongest motions come first, in the order in which the host sorts them
             rank = packing.rank_of_intensity(assignment).astype(np.uint32)
             tie = (rank << np.uint32(16)) | np.minimum(assignment.motion, 2**16 - 1).astype(np.uint32)
         table = self._table
@@ -264,10 +274,11 @@ class Preparation:
 
 
 def preparation_of(run: Run) -> Preparation | None:
-    """Return the preparation of a run on its devices, or None if the host prepares it.
+    """Return the preparation of a run by kernels on its devices, or None if the host must prepare it.
 
-    The host prepares small runs, runs on a CPU and sequences of events, and what cannot be recorded (see
-    `NotTraceableError`): full matrices, exact methods and motions that depend on the number of the sample.
+    The host prepares small runs, runs on a CPU, and sequences of events. It also prepares runs whose computation cannot
+    be recorded as a kernel (see `NotTraceableError`): full matrices, exact methods, and motions that depend on the
+    number of the sample.
     """
     events = run.model.scene.excitation.event_names
     if not is_large_on_gpu(run) or len(events) > 1 or run.integration.on_unstable != "substep":
@@ -279,16 +290,16 @@ def preparation_of(run: Run) -> Preparation | None:
 
 
 def is_large_on_gpu(run: Run) -> bool:
-    """Return whether a run is on GPUs and so large that its preparation by kernels saves time.
+    """Return whether a run is executed on GPUs and has at least LEAST_SAMPLES samples, so that kernels save time.
 
-    On a CPU the threads that run kernels prepare the next samples. The choice depends on the whole run, so that results
-    do not depend on its division: kernels and host round differently.
+    On a CPU, the threads that run kernels also prepare the next samples. The choice depends on the whole run and not on
+    a block, because kernels and host round differently: results must not depend on the division into blocks.
     """
     return run.execution.is_gpu and run.samples >= LEAST_SAMPLES
 
 
 def _first_counts(samples: int) -> np.ndarray:
-    """Return the counts before the first kernel."""
+    """Return the initial counts of a block of `samples` samples, which the preparation kernels update."""
     counts = np.zeros(of_samples.COUNTS, np.int32)
     counts[of_samples.FIRST_UNSTABLE] = samples
     counts[of_samples.STARTS :] = -1

@@ -1,4 +1,4 @@
-"""Samples that kernels of their device have prepared; arrays on the host are computed only if they are needed."""
+"""Ensembles of samples that a device has prepared; arrays on the host are computed only if they are needed."""
 
 from __future__ import annotations
 
@@ -18,17 +18,17 @@ from warpdyn.engine.kernels.queues import Queue
 from warpdyn.engine.kernels.slicing import Launch
 from warpdyn.model.ground_motions.excitation import Assignment
 
-EXAMPLES = 16  # structures from whose samples the cost of a run is estimated
+EXAMPLES = 16  # number of structures from whose samples the cost of a run is estimated
 
 
 class PreparedEnsemble(Ensemble):
-    """Some structures of a run with all their samples, whose preparation on a device is queued when it is made.
+    """Some structures of a run with all their samples; the constructor queues their preparation on a device.
 
     Args:
-        run: The run.
-        preparation: How its structures and samples are prepared.
-        structures: The structures.
-        queue: Device queue that runs them.
+        run: The prepared run.
+        preparation: Kernels that prepare structures and samples.
+        structures: Range of structure numbers in the run.
+        queue: Device queue on which they are prepared and integrated.
     """
 
     def __init__(self, run: Run, preparation: Preparation, structures: range, queue: Queue) -> None:
@@ -38,17 +38,17 @@ class PreparedEnsemble(Ensemble):
         self.tolerance = self.model.tolerance
         self._each = run.samples // run.structures
         self._inputs = Inputs(run, np.arange(structures.start, structures.stop))
-        self._factors: dict[int, int] = {}  # by which the steps of samples were divided since the preparation
+        self._factors: dict[int, int] = {}  # factor by which a sample's steps were divided since the preparation
         self._block: PreparedBlock | None = None
         self._finish = preparation.begin(structures, queue)
 
     def finish_preparation(self, findings: StabilityFindings) -> bool:
-        """Wait until the samples are prepared; return whether the preparation succeeded.
+        """Wait until the device has prepared the samples; return whether the preparation succeeded.
 
-        If it does not, the host must prepare them: it reports what is wrong.
+        If it failed, the host must prepare the samples again, and then reports the error.
 
         Args:
-            findings: Collects the findings on the stability of the samples.
+            findings: Findings on the stability of the samples, which are updated.
         """
         self._block = block = self._finish()
         if block.is_refused:
@@ -66,12 +66,12 @@ class PreparedEnsemble(Ensemble):
 
     @property
     def longest_period(self) -> float:
-        """The longest of the first periods [s]."""
+        """Longest first period of the structures [s]."""
         assert self._block is not None
         return self._block.longest_period
 
     def select(self, samples: np.ndarray) -> Ensemble:
-        """Return some of the samples with their structures, prepared on the host."""
+        """Return the given samples (indices in this ensemble) with their structures, prepared on the host."""
         part, _ = self._on_host(samples)
         if self._factors:
             first = self.range.start * self._each
@@ -81,30 +81,30 @@ class PreparedEnsemble(Ensemble):
         return part
 
     def halve_steps(self, samples: np.ndarray) -> None:
-        """Divide the steps of some samples by two."""
+        """Divide the integration steps of the given samples (indices in this ensemble) by 2."""
         self._numbers_of_steps[samples] *= 2
         for sample in samples.tolist():
             self._factors[sample] = 2 * self._factors.get(sample, 1)
 
     def steps_of(self, samples: np.ndarray | slice) -> np.ndarray:
-        """Return the number of integration steps of some samples, as real numbers."""
+        """Return the number of integration steps of the given samples (indices in this ensemble), in float64."""
         steps: np.ndarray = self._numbers_of_steps[samples]
         return steps
 
     @property
     def example(self) -> Ensemble:
-        """The samples of the first structures."""
+        """The samples of the first EXAMPLES structures, prepared on the host."""
         return self.select(np.arange(min(len(self.range), EXAMPLES) * self._each))
 
     @property
     def is_of_whole_ranges(self) -> bool:
-        """Whether all samples of its ranges of structures, which share a limit on reruns, are in this ensemble."""
+        """Whether the ensemble contains whole rerun ranges only (structures that share one limit on reruns)."""
         together = structures_of_a_range(self._each)
         return all(edge % together == 0 or edge == self.run.structures for edge in (self.range.start, self.range.stop))
 
     @property
     def size(self) -> int:
-        """Number of samples."""
+        """Number of samples in the ensemble."""
         return len(self.range) * self._each
 
     @property
@@ -123,7 +123,7 @@ class PreparedEnsemble(Ensemble):
 
     @cached_property
     def _numbers_of_steps(self) -> np.ndarray:
-        """Number of integration steps of each sample, as real numbers."""
+        """Number of integration steps of each sample, in float64, shape [sample]."""
         assert self._block is not None
         return self._block.numbers_of_steps()
 
@@ -134,23 +134,23 @@ class PreparedEnsemble(Ensemble):
 
     @property
     def assignment(self) -> Assignment:  # type: ignore[override]
-        """Which structure and motion each sample has."""
+        """Structure, motion and scale factor of each sample."""
         return self._inputs.assignment
 
     @property
     def drawn(self) -> Arrays:  # type: ignore[override]
-        """The scattered parameters of the structures; the first dimension is the structure."""
+        """Scattered parameters of the structures by name; the first dimension is the structure."""
         return self._inputs.drawn
 
     @cached_property
     def row(self) -> np.ndarray:  # type: ignore[override]
-        """Place of each sample's structure in `drawn`, shape [sample]; 0 if nothing is drawn."""
+        """Row of each sample's structure in `drawn`, shape [sample]; 0 if nothing is drawn."""
         if not self.run.sampler.scatter:
             return np.zeros(self.size, np.int32)
         return np.repeat(np.arange(len(self.range), dtype=np.int32), self._each)
 
     def _launches(self) -> list[Launch]:
-        """Return the launches."""
+        """Return the kernel launches that integrate all samples, one for each number of steps per interval."""
         block = self._block
         assert block is not None
         launches, first = [], 0
@@ -161,16 +161,16 @@ class PreparedEnsemble(Ensemble):
         return launches
 
     def _on_host(self, samples: np.ndarray, *, divides: bool = True) -> tuple[Ensemble, Vibration]:
-        """Return some of the samples and the vibration of their structures, prepared on the host.
+        """Return the given samples as an ensemble prepared on the host, and the vibration of their structures.
 
         Args:
-            samples: The samples, by their places.
-            divides: Whether steps are divided as far as the accuracy and stability of the samples require.
+            samples: Indices of the samples in this ensemble.
+            divides: Whether steps are divided if the accuracy or the stability of the samples requires it.
         """
         place, row = np.unique(samples // self._each, return_inverse=True)
         structures = self.range.start + place
         drawn, vibration = self.run.draw(structures)
-        row = row if drawn else np.zeros_like(row)  # one structure serves all
+        row = row if drawn else np.zeros_like(row)  # if nothing is drawn, all samples share one structure
         assignment = self.assignment.select(samples)
         schedule = build_schedule(self.scene, self.timeline, vibration, assignment, row)
         held = drawn, vibration.rayleigh, assignment, row, schedule

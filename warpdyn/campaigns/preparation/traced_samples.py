@@ -1,4 +1,4 @@
-"""The steps of samples, recorded from the NumPy functions that choose them on the host."""
+"""Preparation kernels for the steps of samples, recorded from the NumPy functions that choose steps on the host."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ from warpdyn.model.ground_motions.excitation import MOST_STEPS
 
 
 def traced_samples(run: Run) -> SamplePreparation:
-    """Return the preparation of the samples of a run on a device.
+    """Return the kernels that choose the integration steps and durations of a run's samples on a device.
 
     Raises:
-        NotTraceableError: If a function of the preparation cannot be recorded.
+        NotTraceableError: If a NumPy function of the preparation cannot be recorded as a kernel.
     """
     model, scene = run.model, run.model.scene
     period, decay, stable = (_given(f"vibration[{row}, s]") for row in (PERIOD, SLOWEST_DECAY, STABLE_STEP))
@@ -31,7 +31,7 @@ def traced_samples(run: Run) -> SamplePreparation:
     run_intervals = intervals_with_tail(intervals, tail, interval)
     step = interval / before
     residual = steps_of_window(window, step, run_intervals * before)
-    # As `shorten_steps` does: steps that are too long for the period.
+    # As in `shorten_steps`: divide steps that are too long for the period.
     divides = run.integration.divides_steps
     longest = longest_steps(model, period, decay, stable, run_intervals * before * step, is_default=divides)
     is_long = is_too_long(step, longest)
@@ -39,7 +39,7 @@ def traced_samples(run: Run) -> SamplePreparation:
     if divides:
         substeps = np.where(is_long, accurate_substeps(step, before, longest), before)
         step, residual = _where(is_long, divided(step, residual, substeps / before), (step, residual))
-    # As `guard` does: steps beyond the stability limit.
+    # As in `guard`: divide steps beyond the stability limit.
     is_unstable = step > stable
     needed = np.where(is_unstable, stable_substeps(step, substeps, stable), substeps)
     factor = needed / substeps
@@ -67,7 +67,7 @@ def _given(text: str) -> Any:  # used as an array
 
 
 def _where(condition: Any, new: tuple[Any, Any], old: tuple[Any, Any]) -> tuple[Any, Any]:
-    """Return the new pair of values where a condition is true, and the old pair elsewhere."""
+    """Return a pair of values: the pair `new` if a condition is true for a sample, else the pair `old`."""
     return np.where(condition, new[0], old[0]), np.where(condition, new[1], old[1])
 
 

@@ -1,4 +1,4 @@
-"""The preparation of structures, recorded from the NumPy functions that prepare them on the host."""
+"""Preparation kernels for structures, recorded from the NumPy functions that prepare structures on the host."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ from warpdyn.model.structures.physics import physics_problem
 
 
 def traced_structures(run: Run) -> StructurePreparation:
-    """Return the preparation of the structures of a run on a device.
+    """Return the kernels that draw the structures of a run and compute their arrays on a device.
 
     Raises:
-        NotTraceableError: If a function of the preparation cannot be recorded.
+        NotTraceableError: If a NumPy function of the preparation cannot be recorded as a kernel.
     """
     model, sampler, structure = run.model, run.sampler, run.model.scene.structure
     dynamics, values_of_nominal = model.dynamics, structure.nominal_values
@@ -69,9 +69,9 @@ def traced_structures(run: Run) -> StructurePreparation:
 
 
 def _nominal(values: Mapping[str, np.ndarray]) -> tuple[dict[str, Any], np.ndarray]:
-    """Return nominal values as values that the computation reads, and the array that it reads them from.
+    """Return nominal parameter values as traced variables, and the array from which a kernel reads them.
 
-    Storeys whose law does not have a parameter have the constant NaN.
+    A storey whose law does not have a parameter gets the constant NaN.
     """
     found, flat = dict[str, Any](), list[float]()
     for name, array in values.items():
@@ -84,7 +84,12 @@ def _nominal(values: Mapping[str, np.ndarray]) -> tuple[dict[str, Any], np.ndarr
 
 
 def _given(number: int, values: np.ndarray) -> Any:
-    """Return the given values of a parameter that a kernel reads, shape [1] or [1, storey]."""
+    """Return given values of a parameter as traced variables, shape [1] or [1, storey], which a kernel reads by number.
+
+    Args:
+        number: Number of the array of given values.
+        values: The given values, shape [structure] or [structure, storey].
+    """
     name = f"given_{number}"
     if values.ndim == 1:
         return Traced.inputs(lambda row: f"{name}[number]", 1)
@@ -92,8 +97,8 @@ def _given(number: int, values: np.ndarray) -> Any:
 
 
 def _any(nodes: Sequence[Node]) -> Node:
-    """Return whether any of some conditions is true."""
+    """Return a condition that is true if any of the given conditions is true for a structure."""
     found = constant(False)
-    for node in dict.fromkeys(node for node in nodes if node.varies):  # the host has checked the others
+    for node in dict.fromkeys(node for node in nodes if node.varies):  # the host has checked constant conditions
         found = apply("logical_or", found, node)
     return found

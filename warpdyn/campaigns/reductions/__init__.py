@@ -1,1 +1,1 @@
-"""Statistics during a run: samples are counted and added up block by block, and are not kept."""
+"""Statistics of a run: samples are counted and added up block by block, and the samples themselves are not kept."""

@@ -1,4 +1,4 @@
-"""The cells of a statistic, in which samples are counted: one for each combination of places along its dimensions."""
+"""Cells of a statistic, in which samples are counted: one cell for each combination of places along its dimensions."""
 
 from __future__ import annotations
 
@@ -21,17 +21,17 @@ EVENT = {"long_name": "event"}
 
 
 class Cells:
-    """The cells of a statistic.
+    """The cells of a statistic: one for each combination of places along its dimensions, such as (archetype, motion).
 
     Args:
         population: Structures, motions and levels of the samples.
-        over: Names of the dimensions of the cells.
-        labels: Further names, with the label of each structure.
-        events: Label of the event of each motion, if only the worst of an event's motions counts; else None.
+        over: Names of the dimensions.
+        labels: Label of each structure, by the names of further dimensions.
+        events: Event of each motion, if only the worst motion of an event counts; None: each motion counts separately.
 
     Attributes:
-        dims: Names of the dimensions of the cells; "building" replaces "structure" in a portfolio.
-        shape: Their lengths.
+        dims: Names of the dimensions; in a portfolio, "building" replaces "structure".
+        shape: Lengths of the dimensions.
     """
 
     def __init__(
@@ -70,7 +70,7 @@ class Cells:
         if population.is_sequence and "event" not in self.dims:
             raise ValueError("statistics of an EventSequence need the dimension 'event': add 'event' to over=")
         self.coordinates: Coordinates = {}
-        self._codes: dict[str, np.ndarray] = {}  # place of each structure along the dimension of a label
+        self._codes: dict[str, np.ndarray] = {}  # place of each structure along the dimension of each label
         self._lay_out(tuple(self._size_of(name) for name in self.dims))
         if self.count >= 2**31:
             raise ValueError(
@@ -80,14 +80,14 @@ class Cells:
         self._run, self._structures = self, np.arange(0)
 
     def _lay_out(self, shape: tuple[int, ...]) -> None:
-        """Number the cells."""
+        """Set the shape of the cells, and number the cells in the order of the dimensions (the last one is fastest)."""
         self._found_places: dict[int, Places] = {}
         self.shape, self.count = shape, int(np.prod([float(size) for size in shape]))
         strides = np.cumprod([1, *shape[::-1]])[::-1][1:]
         self._stride = {name: int(stride) for name, stride in zip(self.dims, strides, strict=True)}
 
     def of_structures(self, structures: np.ndarray) -> Cells:
-        """Return the cells of only some structures, given by their increasing numbers."""
+        """Return the cells of the same statistic for some structures only, given by increasing numbers."""
         part, own = copy(self), self.population.structure_dim
         part._run, part._structures = self._run, structures
         part._lay_out(
@@ -96,7 +96,7 @@ class Cells:
         return part
 
     def of_run(self, cells: np.ndarray) -> np.ndarray:
-        """Return the numbers that some of these cells have among the cells of all structures."""
+        """Return the numbers of some of these cells in the numbering of the cells of all structures of the run."""
         own = self.population.structure_dim
         if self._run is self or own not in self.dims:
             return cells
@@ -106,26 +106,26 @@ class Cells:
 
     @property
     def needs_motions(self) -> bool:
-        """Whether the motion of every sample must be known."""
+        """Whether the assignment of samples to cells needs the motion of every sample."""
         by_motion = "motion" in self.dims or self.event_of_motion is not None
         return by_motion and not self.population.motions_by_place
 
     def needs(self, demands: Iterable[str]) -> frozenset[str]:
-        """Return the variables of samples that a statistic of some demands over these cells reads."""
+        """Return the names of the variables of samples that a statistic of the given demands needs."""
         return frozenset(demands) | ({"motion_index"} if self.needs_motions else set())
 
     @property
     def suffix(self) -> str:
-        """Ending of the names of variables over these cells."""
+        """Ending of the names of the statistic's variables, such as "_by_archetype_motion"."""
         return f"_by_{'_'.join(self.dims)}" if self.dims else ""
 
     def rows(self, structures: np.ndarray, motion: np.ndarray | None, event: int) -> Rows:
-        """Return the assignment of the samples of some structures to cells.
+        """Return the assignment of the samples of some structures to the cells.
 
         Args:
-            structures: Their numbers in the run.
-            motion: Motion of each of their samples if `needs_motions`; else None.
-            event: The event.
+            structures: Numbers of the structures in the run.
+            motion: Index of the motion of each of their samples if `needs_motions`; otherwise None.
+            event: Number of the event.
         """
         samples = self.population.samples(event)
         row = np.zeros(structures.size, dtype=np.int64)
@@ -145,20 +145,20 @@ class Cells:
         motion = motion.reshape(structures.size, samples)
         if at_sites is None and (motion == motion[:, :1]).all():
             return Rows(1, structures, row + stride * codes[motion[:, 0]], places)
-        # A row is one sample, or one draw, in which only the worst component counts.
+        # A row is one sample, or one draw of MotionsAtSites; only the worst component of a draw counts.
         each = 1 if at_sites is None or self.event_of_motion is None else at_sites.components
         cell_of_row = (row[:, None] + stride * codes[motion[:, ::each]] + places.cell[::each]).ravel()
         return Rows(samples // each, np.repeat(structures, samples // each), cell_of_row, one_unit(each))
 
     def _places_of(self, name: str, structures: np.ndarray) -> np.ndarray:
-        """Return the place along a dimension of some structures."""
+        """Return the place of each of the given structures along the dimension `name`, shape [structure]."""
         if name == self.population.structure_dim and self._run is not self:
             return np.searchsorted(self._structures, structures)
-        return self._run._of_structures[name][structures]  # computed once for all parts
+        return self._run._of_structures[name][structures]  # computed once for all parts of the run
 
     @cached_property
     def _of_structures(self) -> dict[str, np.ndarray]:
-        """The place of every structure along each dimension that depends only on the structure."""
+        """The place of every structure along each dimension that depends only on the structure, by dimension."""
         population = self.population
         known = {"archetype": population.archetype, "structure_group": population.group} | self._codes
         if population.structure_dim in self.dims:
@@ -166,13 +166,16 @@ class Cells:
         return known
 
     def _places(self, event: int) -> Places:
-        """Return the places of a structure's samples in an event, which are computed once."""
+        """Return the places of a structure's samples in an event; they are computed once and kept."""
         if event not in self._found_places:
             self._found_places[event] = Places(*self._cells_and_units(event))
         return self._found_places[event]
 
     def _cells_and_units(self, event: int) -> tuple[np.ndarray, np.ndarray]:
-        """Return the offset of the cell of each sample of a structure, and its unit: samples of a unit count as one."""
+        """Return, for each sample of a structure: the offset of its cell, and its unit; shape [sample].
+
+        Samples of the same unit count as one sample.
+        """
         population, samples = self.population, self.population.samples(event)
         levels = population.levels_of(event)
         place = np.arange(samples)
@@ -198,7 +201,7 @@ class Cells:
         return np.unique(np.concatenate([self.population.levels_of(event) for event in events]))
 
     def _size_of(self, name: str) -> int:
-        """Set the coordinates of a dimension, and return its length."""
+        """Set the coordinates of the dimension `name`, and return its length."""
         population, coordinates = self.population, self.coordinates
         numbers: dict[str, object] = {"units": "1"}
         if name in self._labels:
@@ -233,7 +236,7 @@ class Cells:
         return len(values)
 
     def _checked_events(self, events: object) -> tuple[np.ndarray | None, np.ndarray]:
-        """Return the number of each motion's event and the events' names; None if motions are counted separately."""
+        """Return the number of each motion's event (None: motions are counted separately) and the events' names."""
         if self.population.is_sequence:
             if events is not None:
                 raise ValueError(
@@ -259,7 +262,7 @@ class Cells:
         return found
 
     def _check_labels(self) -> None:
-        """Raise an error unless each structure has each label, and no label has the name of another dimension."""
+        """Raise an error unless each structure has one value of each label and no label has the name of a dimension."""
         taken = {"structure", "building", "structure_group", "archetype", "motion", "stripe", "event", "earthquake"}
         taken |= {"damage_state", "failure", "storey", "floor"}
         for name, values in self._labels.items():

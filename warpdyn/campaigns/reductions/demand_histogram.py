@@ -38,12 +38,12 @@ class DemandHistogram(Statistic):
         quantiles: Probabilities of the quantiles [1], between 0 and 1. A quantile is interpolated within its bin, and
             the edges of the bin are its bounds. A quantile in the last bin is NaN, with an infinite upper bound.
         over: Dimensions of the counts, such as "building" or ("archetype", "motion"); see `Statistic`.
-        labels: Labels of structures that `over` names.
-        added_storeys: Whether storeys of isolators or of a tuned mass damper count for the worst; see `Statistic`.
+        labels: Labels of structures, by names that `over` contains; see `Statistic`.
+        added_storeys: Whether storeys of isolators or of a tuned mass damper count for the largest value.
 
     Raises:
-        ValueError: If the edges do not increase, a quantile is not between 0 and 1, or a label's name is not among
-            `over`; when a run begins, if the scene does not record the demand.
+        ValueError: If the edges do not increase, a quantile is not between 0 and 1, or `labels` has a name that is not
+            in `over`; when a run begins, if the scene does not record the demand.
         TypeError: If `over` is neither a name nor a list of names, or `labels` is not a mapping.
 
     Example:
@@ -75,12 +75,12 @@ class DemandHistogram(Statistic):
         object.__setattr__(self, "quantiles", tuple(quantiles.tolist()))
 
     def reducer(self, population: Population) -> HistogramReducer:
-        """Return the reducer that counts the samples of a run."""
+        """Return the reducer that counts the samples of a run in the bins."""
         return HistogramReducer(self, population)
 
 
 class HistogramReducer(Reducer):
-    """Count the samples of a run by bins of a demand.
+    """Reducer that counts samples by bin of a demand and by cell (combination of places along the dimensions).
 
     Args:
         statistic: The statistic.
@@ -98,11 +98,11 @@ class HistogramReducer(Reducer):
         self.begin(cells)
 
     def begin(self, cells: Cells) -> None:
-        """Start with empty counts of these cells."""
+        """Start with empty counts for the given cells of the statistic."""
         self.cells, self.tally = cells, Tally(cells, 1, self.edges.size + 1)
 
     def add(self, block: Block, workers: Workers) -> None:
-        """Count the samples of a block."""
+        """Add the samples of a block to the counts of the bins."""
         states = workers.no_states((1, block.samples))
         kind = np.zeros(len(block.structures), dtype=np.int32)
         counted = self.population.counted_places(self.demand, block.structures, added_storeys=self._added)
@@ -111,7 +111,7 @@ class HistogramReducer(Reducer):
         self.tally.add(block, states, workers)
 
     def variables(self) -> tuple[Variables, Coordinates]:
-        """Return the counts and the quantiles."""
+        """Return the numbers of samples in the bins and the quantiles, as variables for the dataset."""
         cells, demand, bins = self.cells, self.population.demand(self.demand), self.edges.size + 1
         table = self.tally.counts[-1][:, :bins].reshape(*cells.shape, bins)
         variables, coordinates = failures(cells, self.tally.counts[-1][:, bins:])
@@ -141,18 +141,22 @@ class HistogramReducer(Reducer):
 def quantiles_of(
     counts: np.ndarray, lower: np.ndarray, upper: np.ndarray, probabilities: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return quantiles, interpolated within their bins, and the edges of the bins; NaN in cells without samples.
+    """Return quantiles from a histogram, and the lower and upper edges of their bins; NaN in cells without samples.
 
-    The quantile of probability p is the smallest value that at least the share p of the samples does not exceed.
+    The quantile of probability p is the smallest value that at least the share p of the samples does not exceed. It is
+    interpolated linearly within its bin.
 
     Args:
-        counts: Samples by bin, shape [..., bin].
-        lower, upper: Edges of the bins.
-        probabilities: Probabilities of the quantiles.
+        counts: Number of samples in each bin, shape [..., bin].
+        lower, upper: Edges of the bins [units of the demand], shape [bin].
+        probabilities: Probabilities of the quantiles [1], shape [quantile].
+
+    Returns:
+        Quantiles, lower edges and upper edges, each of shape [..., quantile].
     """
     cumulated = counts.cumsum(axis=-1)
     total = cumulated[..., -1:]
-    # The rank of the sample, counted from 1. The factor removes the rounding error of the product.
+    # Rank of the sample that is the quantile, from 1. The factor removes the rounding error of the product.
     rank = np.maximum(np.ceil(probabilities * total * (1.0 - 1e-15)), 1.0)
     place = np.minimum((cumulated[..., None, :] < rank[..., None]).sum(axis=-1), counts.shape[-1] - 1)
     inside = np.take_along_axis(counts, place, axis=-1)

@@ -1,4 +1,4 @@
-"""Moments and largest values of a demand, computed during the run."""
+"""Moments (mean, variance) and largest values of a demand, computed during the run."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from warpdyn.campaigns.reductions.tally import FAILURES, Block, Sums, Tally
 from warpdyn.campaigns.reductions.workers import Workers
 from warpdyn.foundations.core.near_misses import with_suggestions
 
-SPLITTER = 2.0**27 + 1.0  # splits a float64 into halves whose products are exact (Dekker 1971)
+SPLITTER = 2.0**27 + 1.0  # splits a float64 number into two halves whose products are exact (Dekker 1971)
 
 
 @with_suggestions
@@ -26,13 +26,15 @@ class DemandMoments(Statistic):
     Args:
         demand: Variable that the scene records, such as "peak_storey_drift_ratio". If a sample has several values
             (storeys or floors), the largest absolute value counts.
-        each_place: Whether the moments at each storey (or floor) are computed, in addition to those of the largest.
+        each_place: Whether the moments at each storey (or floor) are also computed, in addition to those of the largest
+            value.
         over: Dimensions of the moments, such as "building" or ("archetype", "motion"); see `Statistic`.
-        labels: Labels of structures that `over` names.
-        added_storeys: Whether storeys of isolators or of a tuned mass damper count for the worst; see `Statistic`.
+        labels: Labels of structures, by names that `over` contains; see `Statistic`.
+        added_storeys: Whether storeys of isolators or of a tuned mass damper count for the largest value.
 
     Raises:
-        ValueError: If a label's name is not among `over`; when a run begins, if the scene does not record the demand.
+        ValueError: If `labels` has a name that is not in `over`; when a run begins, if the scene does not record the
+            demand.
         TypeError: If `over` is neither a name nor a list of names, or `labels` is not a mapping.
 
     Example:
@@ -45,7 +47,7 @@ class DemandMoments(Statistic):
     each_place: bool = False
 
     def reducer(self, population: Population) -> SumsReducer:
-        """Return the reducer that adds up the samples of a run."""
+        """Return the reducer that adds the samples of a run to the moments."""
         return SumsReducer(self, population)
 
 
@@ -57,13 +59,14 @@ class LargestDemand(Statistic):
     Args:
         demand: Variable that the scene records. If a sample has several values (storeys or floors), the largest
             absolute value counts.
-        each_place: Whether the largest value at each storey (or floor) is computed, in addition to the largest of all.
+        each_place: Whether the largest value at each storey (or floor) is also computed.
         over: Dimensions of the largest demand, such as "building" or ("archetype", "motion"); see `Statistic`.
-        labels: Labels of structures that `over` names.
-        added_storeys: Whether storeys of isolators or of a tuned mass damper count for the worst; see `Statistic`.
+        labels: Labels of structures, by names that `over` contains; see `Statistic`.
+        added_storeys: Whether storeys of isolators or of a tuned mass damper count for the largest value.
 
     Raises:
-        ValueError: If a label's name is not among `over`; when a run begins, if the scene does not record the demand.
+        ValueError: If `labels` has a name that is not in `over`; when a run begins, if the scene does not record the
+            demand.
         TypeError: If `over` is neither a name nor a list of names, or `labels` is not a mapping.
 
     Example:
@@ -76,15 +79,15 @@ class LargestDemand(Statistic):
     each_place: bool = False
 
     def reducer(self, population: Population) -> SumsReducer:
-        """Return the reducer that adds up the samples of a run."""
+        """Return the reducer that finds the largest values of a run's samples."""
         return SumsReducer(self, population)
 
 
 class SumsReducer(Reducer):
-    """Add up a demand of the samples of a run.
+    """Reducer that sums a demand and its square over the samples of a run, and finds its largest value, by cell.
 
     Args:
-        statistic: The statistic.
+        statistic: The statistic: DemandMoments or LargestDemand.
         population: Structures, motions and levels of the samples.
     """
 
@@ -103,20 +106,20 @@ class SumsReducer(Reducer):
         self.begin(cells)
 
     def begin(self, cells: Cells) -> None:
-        """Start with empty counts and sums of these cells."""
+        """Start with empty counts and sums for the given cells of the statistic."""
         places = self.population.scene.structure.dofs if self.dim else 0
         self.cells = cells
-        self.tally = Tally(cells, places + 1, 2)  # samples that are ok, and collapsed ones
-        self.sums = [Sums(cells) for _ in range(places + 1)]  # of each place, and of the largest of all
+        self.tally = Tally(cells, places + 1, 2)  # two states: ok and collapsed
+        self.sums = [Sums(cells) for _ in range(places + 1)]  # for each place, and for the largest value of all places
 
     @property
     def sums_by_cell(self) -> list[Sums]:
-        """The sums."""
+        """The sums for each storey or floor, and for the largest value of all storeys or floors."""
         return self.sums
 
     def add(self, block: Block, workers: Workers) -> None:
-        """Add the samples of a block."""
-        places = block.demand(self.demand).shape[1] if self.dim else 0  # a building may be lower than others
+        """Add the samples of a block (structures of a run that are integrated together) to the counts and sums."""
+        places = block.demand(self.demand).shape[1] if self.dim else 0  # a building may have fewer storeys than others
         none = workers.no_states((places + 1, block.samples))
         self.tally.add(block, none, workers)
         for place in range(places):
@@ -125,7 +128,7 @@ class SumsReducer(Reducer):
         self.sums[-1].add(block, self.demand, not self._has_places, -1, workers, counted=counted)
 
     def variables(self) -> tuple[Variables, Coordinates]:
-        """Return the statistics and their numbers of samples."""
+        """Return the moments or largest values, and the numbers of samples, as variables for the dataset."""
         cells, counts = self.cells, self.tally.counts
         variables, coordinates = outcomes(self, counts[-1])
         self._name(variables, "", cells.dims, [self.sums[-1]], counts[-1:])
@@ -138,7 +141,15 @@ class SumsReducer(Reducer):
     def _name(
         self, variables: Variables, before: str, dims: tuple[str, ...], sums: Sequence[Sums], counts: np.ndarray
     ) -> None:
-        """Add the statistics of some places to `variables`."""
+        """Compute the statistics of some storeys or floors, and add them to `variables`.
+
+        Args:
+            variables: Variables of the dataset, which are extended.
+            before: Beginning of the variable names: "storey_", "floor_", or "" for the largest value.
+            dims: Dimensions of the variables.
+            sums: Sums of each storey or floor.
+            counts: Numbers of samples of each storey or floor, by cell and outcome.
+        """
         units, long_name = self.population.demand(self.demand).units, self.population.demand(self.demand).long_name
         shape, totals = self.cells.shape, np.stack([each.totals for each in sums])
         number = counts[..., 0]
@@ -157,13 +168,13 @@ class SumsReducer(Reducer):
 
 
 def moments(count: np.ndarray, totals: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return mean and unbiased variance; NaN if there are too few samples.
+    """Return the mean and the unbiased variance; NaN if there are too few samples.
 
-    The square of the sum, which is subtracted from the sum of squares, is computed with twice as many digits.
+    The variance is a difference of two large sums; it is computed with twice as many digits as float64.
 
     Args:
-        count: Number of samples.
-        totals: `Sums.totals`, with the shape of `count` and a last axis for the kind of sum.
+        count: Number of samples, of any shape.
+        totals: Sums from `Sums.totals`, with the shape of `count` and a last axis for the kind of sum.
     """
     number = count.astype(np.float64)
     total, left_out, squares, left_out_of_squares = (totals[..., place] for place in range(4))
@@ -179,7 +190,7 @@ def moments(count: np.ndarray, totals: np.ndarray) -> tuple[np.ndarray, np.ndarr
 
 
 def exact_product(one: np.ndarray, other: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return a product and its rounding error (Dekker 1971, Numerische Mathematik 18)."""
+    """Return the product of two numbers and its rounding error (Dekker 1971, Numerische Mathematik 18)."""
     product = one * other
     high, others_high = (SPLITTER * each - (SPLITTER * each - each) for each in (one, other))
     low, others_low = one - high, other - others_high
@@ -187,7 +198,10 @@ def exact_product(one: np.ndarray, other: np.ndarray) -> tuple[np.ndarray, np.nd
 
 
 def outcomes(reducer: SumsReducer, counts: np.ndarray) -> tuple[Variables, Coordinates]:
-    """Return the numbers of samples that are ok, collapsed and failed, from counts by cell and outcome."""
+    """Return the numbers of samples that are ok, collapsed and failed, as variables for the dataset.
+
+    `counts` contains the number of samples, shape [cell, outcome].
+    """
     cells = reducer.cells
     variables, coordinates = failures(cells, counts[:, -len(FAILURES) :])
     for place, (name, text) in enumerate((("standing_count", "stand"), ("collapsed_count", "collapsed"))):

@@ -1,4 +1,4 @@
-"""Limits of damage states, for one or several demands, and their checks."""
+"""Limits of damage states for one or several demands, and checks of these limits."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ import numpy as np
 from warpdyn.foundations.core.plausibility import warn_of_implausible_limits
 
 NO_DAMAGE = "none"
-# Variables of counts made during a run, which fragility() and damage_shares() read.
+# Names of variables that are counted during a run, and that fragility() and damage_shares() read.
 DAMAGE_COUNT, LEAST_DRIFT = "damage_count", "least_drift_ratio_of_collapse"
 BUILDING_NUMBER = "number_of_buildings"
 DRIFT = "peak_storey_drift_ratio"
-# Names of the bands of plausible limits, by demand.
+# Names of the ranges of plausible limits, by demand.
 LIMIT_BANDS = {
     DRIFT: "drift_limit",
     "residual_drift_ratio": "drift_limit",
@@ -27,18 +27,19 @@ Limit = float | Mapping[str, float]
 
 
 def is_peak(demand: str) -> bool:
-    """Return whether a demand is recorded as a peak, which is not negative."""
+    """Return whether a demand is a recorded peak (its name begins with "peak_"), which is never negative."""
     return demand.startswith("peak_")
 
 
 def magnitudes(demand: str, values: np.ndarray) -> np.ndarray:
-    """Return the values that are compared with limits: peaks unchanged, other demands as absolute values.
+    """Return the values that are compared with limits: peaks unchanged, absolute values of all other demands.
 
-    Recorded peaks are positive. A negative peak is not from a run; it stays unchanged, so that a later check finds it.
+    Recorded peaks are not negative. If a peak is negative, it is not from a run; it stays unchanged, so that a later
+    check detects it.
 
     Args:
-        demand: Name of the variable.
-        values: Its values, any shape.
+        demand: Name of the demand.
+        values: Values of the demand, of any shape.
     """
     return values if is_peak(demand) else np.abs(values)
 
@@ -59,16 +60,16 @@ class DamageLimits:
 
     @staticmethod
     def of(limits: Mapping[str, Limit], demand: str = DRIFT) -> DamageLimits:
-        """Return checked limits.
+        """Return checked limits, as an object with one row for each demand.
 
         Args:
-            limits: Maps each damage state, from the lightest to the heaviest, to its limit of `demand`, or to a mapping
-                of several demands to limits.
-            demand: Demand of the limits that are plain numbers.
+            limits: Limit of each damage state, from the lightest to the heaviest state: a number, which is a limit of
+                `demand`, or a mapping from several demands to their limits.
+            demand: Name of the demand to which plain numbers apply.
 
         Raises:
-            ValueError, TypeError: If a limit is missing or not above 0, or the limits of a demand do not increase from
-                state to state.
+            ValueError, TypeError: If a limit is missing or not above 0, or if the limits of a demand do not increase
+                from state to state.
         """
         if not isinstance(limits, Mapping) or not len(limits):
             given = repr(limits) if isinstance(limits, Mapping | list | tuple | int | float) else type(limits).__name__
@@ -99,12 +100,12 @@ class DamageLimits:
 
     @property
     def single(self) -> str | None:
-        """The demand of all limits; None if there are several demands."""
+        """Name of the demand, if there is only one; None if there are several demands."""
         return self.demands[0] if len(self.demands) == 1 else None
 
 
 def state_names(limits: Mapping) -> tuple[str, ...]:
-    """Return the names of damage states, or raise an error unless they are text and differ."""
+    """Return the names of the damage states, or raise a TypeError if a name is not a text."""
     for state in limits:
         if not isinstance(state, str):
             raise TypeError(
@@ -115,9 +116,9 @@ def state_names(limits: Mapping) -> tuple[str, ...]:
 
 
 def limit_of_state(state: str, limit: object) -> float:
-    """Return the limit of a damage state, or raise a ValueError unless it is one number above 0.
+    """Return the limit of a damage state as a float, or raise a ValueError unless it is one number above 0.
 
-    Only collapsed samples exceed a limit of infinity.
+    The limit may be infinite; then only collapsed samples exceed it.
     """
     value: object = getattr(limit, "item", lambda: limit)() if getattr(limit, "size", 0) == 1 else limit
     if not isinstance(value, Real) or isinstance(value, bool) or not float(value) > 0:
@@ -136,14 +137,23 @@ def _check_increase(demand: str, states: tuple[str, ...], values: np.ndarray) ->
         if values[j] <= values[i]:
             raise ValueError(
                 f"limits must increase from one damage state to the next, but {states[i]!r} has {values[i]} "
-                f"and {states[j]!r} after it {values[j]} ({demand})"
+                f"and {states[j]!r} after it {values[j]} ({demand}): correct the limits, "
+                "or sort the states with the lightest first"
             )
 
 
 def limits_by_archetype(
     names: Sequence[str], limits: Mapping[str, Mapping[str, float]]
 ) -> tuple[list[str], np.ndarray]:
-    """Return the damage states, with no damage first, and the limits, shape [archetype, damage_state - 1]."""
+    """Return the names of the damage states and the checked limits of each archetype of a portfolio.
+
+    Args:
+        names: Names of the archetypes.
+        limits: Drift limits of the damage states, by archetype.
+
+    Returns:
+        The damage states, with no damage first; the limits [1], shape [archetype, damage_state - 1].
+    """
     if not isinstance(limits, Mapping):
         raise TypeError(
             f"limits must map each archetype to its limits, such as {{'houses': {{'slight': 0.005}}}}, got "
@@ -152,7 +162,8 @@ def limits_by_archetype(
     unknown = [name for name in limits if name not in names]
     if unknown:
         raise ValueError(
-            f"limits name {unknown[0]!r}, which is not an archetype of the run; its archetypes are {', '.join(names)}"
+            f"limits name {unknown[0]!r}, which is not an archetype of the run: remove or correct this name; the "
+            f"archetypes are {', '.join(names)}"
         )
     states: list[str] = []
     rows: list[list[float]] = []
@@ -172,7 +183,7 @@ def limits_by_archetype(
         if states and list(own) != states:
             raise ValueError(
                 f"archetype {str(name)!r}: its damage states are {', '.join(own)}, those of {str(names[0])!r} "
-                f"{', '.join(states)}; they must be the same"
+                f"{', '.join(states)}: give all archetypes the same damage states in the same order"
             )
         states = list(own)
         try:
@@ -180,7 +191,10 @@ def limits_by_archetype(
         except ValueError as error:
             raise ValueError(f"archetype {str(name)!r}: {error}") from None
         if any(not after > before for before, after in pairwise(row)):
-            raise ValueError(f"archetype {str(name)!r}: limits must increase, got {row}")
+            raise ValueError(
+                f"archetype {str(name)!r}: limits must increase from the lightest to the heaviest state, got {row}: "
+                "correct or sort them"
+            )
         rows.append(row)
     if NO_DAMAGE in states:
         raise ValueError(f"{NO_DAMAGE!r} is the state of buildings that exceed no limit: remove it from limits")

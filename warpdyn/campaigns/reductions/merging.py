@@ -1,4 +1,4 @@
-"""Base class of the reducers of statistics."""
+"""Base class of the reducers, which add the samples of a run to a statistic."""
 
 from __future__ import annotations
 
@@ -17,14 +17,15 @@ from warpdyn.engine.kernels.reductions.exact_sums import ExactSums
 
 
 class Reducer(ABC):
-    """Adds the blocks of a run, in any order, to a statistic by cell, for all or some structures of the run.
+    """Base class: adds blocks of samples to a statistic, for all or some structures of a run.
 
-    Counts are added as whole numbers, and sums exactly, so that the bits do not depend on the parts or on their order.
+    A cell is one combination of places along the dimensions of the statistic, such as (archetype, motion). Samples are
+    counted in whole numbers and summed exactly, so that results are bit-identical for any order and division of blocks.
 
     Attributes:
-        cells: The cells.
-        needs: Names of the variables of the samples that are read, in addition to the status.
-        tally: Counts by cell; they include every sample of the sums.
+        cells: The cells of the statistic.
+        needs: Names of the variables of samples that are needed, in addition to the status.
+        tally: Numbers of samples by cell and outcome; every sample of the sums is counted.
     """
 
     cells: Cells
@@ -33,33 +34,33 @@ class Reducer(ABC):
 
     @abstractmethod
     def begin(self, cells: Cells) -> None:
-        """Start with empty counts and sums of these cells."""
+        """Start with empty counts and sums for the given cells of the statistic."""
 
     @abstractmethod
     def add(self, block: Block, workers: Workers) -> None:
-        """Add the samples of a block."""
+        """Add the samples of a block (structures of a run that are integrated together) to the counts and sums."""
 
     @abstractmethod
     def variables(self) -> tuple[Variables, Coordinates]:
-        """Return the variables of the statistic and the coordinates of their dimensions."""
+        """Return the variables of the statistic, and the coordinates of their dimensions, for the dataset."""
 
     @property
     def sums_by_cell(self) -> Sequence[Sums]:
-        """All sums by cell, in addition to the counts."""
+        """All sums by cell that the reducer computes in addition to the counts."""
         return ()
 
     def of_structures(self, structures: np.ndarray) -> Self:
-        """Return a reducer for only some structures, given by their increasing numbers."""
+        """Return an empty reducer of the same statistic for some structures, given by increasing numbers."""
         part = copy(self)
         part.begin(self.cells.of_structures(structures))
         return part
 
     def partial(self) -> Arrays:
-        """Return the counts and sums of all cells that contain samples."""
+        """Return counts and sums of all cells of the statistic that contain samples, by name, for `include`."""
         counts = self.tally.counts
         cells = np.flatnonzero(counts.any(axis=(0, 2)))
         own = counts[:, cells]
-        # Most counts of a region are small: return them in the smallest sufficient integer type.
+        # Most counts of a region are small, so they are returned in the smallest sufficient integer type.
         numbers = self.cells.of_run(cells).astype(np.int32)
         found = {"cells": numbers, "counts": own.astype(np.min_scalar_type(own.max(initial=0)))}
         for place, sums in enumerate(self.sums_by_cell):
@@ -68,11 +69,11 @@ class Reducer(ABC):
         return found
 
     def include(self, part: Arrays) -> None:
-        """Add a result of `partial` for structures that are not counted yet."""
+        """Add a result of `partial` from another reducer, for structures that this reducer has not counted yet."""
         self.tally.include(part["cells"], part["counts"])
         self.include_sums(part)
 
     def include_sums(self, part: Arrays) -> None:
-        """Add the sums by cell in a result of `partial`."""
+        """Add only the sums by cell from a result of `partial`."""
         for place, sums in enumerate(self.sums_by_cell):
             sums.include(part["cells"], ExactSums(part[f"bins_{place}"], part[f"largest_{place}"]))

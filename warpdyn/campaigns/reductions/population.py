@@ -1,4 +1,4 @@
-"""Structures, archetypes, motions, stripes and events of a run's samples, by which statistics group them."""
+"""Structures, archetypes, motions, stripes and events of a run's samples, by which statistics group the samples."""
 
 from __future__ import annotations
 
@@ -20,18 +20,19 @@ from warpdyn.model.scene.scene import Scene
 from warpdyn.model.structures.shear_building import ShearBuilding
 from warpdyn.model.structures.structure import Structure
 
-MOST_GROUPS = 64  # of structures; with more, the variance among records would still not be known better
+MOST_GROUPS = 64  # most groups of structures; with more groups the variance among records is not known better
 
 
 def group_numbers(structures: int, sampling: str) -> np.ndarray:
-    """Return the number of the group of each structure, from 0; a jackknife leaves out one group at a time.
+    """Return the group number of each structure, shape [structure]; a jackknife leaves out one group at a time.
 
-    Independent structures are assigned to the groups one after the other. Structures of a Sobol sequence stay in
-    blocks of 2^k consecutive points, because each such block covers the parameter space evenly.
+    Independent structures are assigned to the groups one after the other. Structures of a Sobol sequence are grouped in
+    blocks of
+    2^k consecutive points, because each such block covers the parameter space evenly.
 
     Args:
-        structures: How many structures there are.
-        sampling: How they were sampled, as `Scene.sampling`.
+        structures: Number of structures.
+        sampling: How the structures were sampled, such as "sobol"; see `Scene.sampling`.
     """
     number = np.arange(structures)
     if sampling == "sobol":
@@ -45,8 +46,8 @@ class Population:
     """The structures, motions and levels of a run's samples.
 
     Args:
-        scene: The scene.
-        structures: Number of its structures, or of a portfolio's buildings.
+        scene: Scene of the run.
+        structures: Number of structures of the scene, or of buildings of the portfolio.
     """
 
     scene: Scene
@@ -54,7 +55,7 @@ class Population:
 
     @property
     def structure_dim(self) -> str:
-        """Dimension of the structures."""
+        """Name of the dimension of the structures: "structure", or "building" in a portfolio."""
         return "structure" if self.portfolio is None else "building"
 
     @property
@@ -64,14 +65,14 @@ class Population:
 
     @cached_property
     def archetype(self) -> np.ndarray:
-        """Number of the archetype of each structure; 0 without archetypes."""
+        """Number of the archetype of each structure, shape [structure]; 0 for a scene of one structure."""
         if self.portfolio is None:
             return np.zeros(self.structures, dtype=np.int32)
         return np.repeat(np.arange(len(self.portfolio.counts), dtype=np.int32), self.portfolio.counts)
 
     @cached_property
     def group(self) -> np.ndarray:
-        """Jackknife group of each structure; each archetype of a portfolio has groups from 0."""
+        """Jackknife group of each structure, shape [structure]; in each archetype of a portfolio, groups start at 0."""
         if not self.is_crossed:
             return np.zeros(self.structures, dtype=np.int64)
         if self.portfolio is None:
@@ -80,24 +81,24 @@ class Population:
 
     @cached_property
     def designs(self) -> list[Excitation]:
-        """The excitation of each event."""
+        """The excitation of each event, such as Stripes or Cloud."""
         excitation = self.scene.excitation
         return list(excitation.events.values()) if isinstance(excitation, EventSequence) else [excitation]  # type: ignore[arg-type]  # designs of single motions are wrapped when a sequence is made
 
     @property
     def is_sequence(self) -> bool:
-        """Whether events follow one another."""
+        """Whether the excitation is an EventSequence, whose events follow one another."""
         return isinstance(self.scene.excitation, EventSequence)
 
     @property
     def at_sites(self) -> MotionsAtSites | None:
-        """The design, if it is MotionsAtSites; else None."""
+        """The excitation, if it is MotionsAtSites; otherwise None."""
         design = self.designs[0]
         return design if isinstance(design, MotionsAtSites) and not self.is_sequence else None
 
     @cached_property
     def motion_of_place(self) -> np.ndarray | None:
-        """Motion of each sample of a structure; None if not all structures have the same motions in the same order."""
+        """Index of the motion of each sample of a structure, shape [sample]; None if it differs between structures."""
         (design, *more) = self.designs
         if more:
             return None
@@ -111,24 +112,24 @@ class Population:
 
     @property
     def motions_by_place(self) -> bool:
-        """Whether the motion of a sample depends only on the sample's place among the samples of its structure."""
+        """Whether the motion of a sample depends only on its place among the samples of its structure."""
         return self.motion_of_place is not None
 
     @property
     def is_crossed(self) -> bool:
-        """Whether the same structures run under several motions."""
+        """Whether the same structures run under several motions (crossed design)."""
         return len(self.scene.excitation.motions) > 1 and self.motions_by_place
 
     def counted_places(self, demand: str, structures: np.ndarray, *, added_storeys: bool) -> tuple[int, int] | None:
-        """Return the first storey or floor that counts for a demand, and the one after the last; None: all count.
+        """Return the range of storeys or floors that count for a demand, as (first, last + 1); None: all count.
 
-        Isolators are below the storeys of the building and tuned mass dampers above them, so that the storeys of the
+        Isolators are below the storeys of the building and tuned mass dampers are above them, so the storeys of the
         building itself are consecutive.
 
         Args:
-            demand: The demand; for demands without a value for each storey or floor the result is None.
-            structures: Numbers of some structures with the same kinds of storeys.
-            added_storeys: Whether isolators and tuned mass dampers count.
+            demand: Name of the demand; for a demand without a value for each storey or floor the result is None.
+            structures: Numbers of structures, which must all have the same kinds of storeys.
+            added_storeys: Whether storeys of isolators and tuned mass dampers count.
         """
         structure: Structure = self.scene.structure
         if self.portfolio is not None:
@@ -141,25 +142,25 @@ class Population:
         return None if own.size == structure.storeys else (int(own[0]), int(own[-1]) + 1)
 
     def samples(self, event: int) -> int:
-        """Return the number of samples of a structure in an event."""
+        """Return the number of samples of one structure in event number `event`."""
         return self.scene.excitation.samples_by_event[event]
 
     def levels_of(self, event: int) -> np.ndarray:
-        """Return the levels of an event's stripes [g, or SI units of other measures]; a single 0 without stripes."""
+        """Return the levels of an event's stripes [g, or SI units of other measures]; [0] if it has no stripes."""
         design = self.designs[event]
         return np.asarray(design.levels, dtype=np.float64) if isinstance(design, Stripes) else np.zeros(1)
 
     def level_of_places(self, event: int) -> np.ndarray:
-        """Return the number of the level of each sample of a structure in an event; 0 without stripes."""
+        """Return the number of the level of each sample of a structure in an event, shape [sample]; 0: no stripes."""
         design, samples = self.designs[event], self.samples(event)
         if isinstance(design, Stripes) and not design.own_structures:
-            of_design = design.places[1]  # in a sequence, repeated for each history of the earlier events
+            of_design = design.places[1]  # in a sequence, these samples repeat for each history of earlier events
             return of_design[np.arange(samples) % of_design.size]
         return np.arange(samples) % self.levels_of(event).size
 
     @cached_property
     def level_attributes(self) -> dict[str, object]:
-        """Attributes of the levels: intensity measure and units."""
+        """Attributes of the levels for the dataset: long name, intensity measure and units."""
         striped = [design for design in self.designs if isinstance(design, Stripes)]
         measures = {design.measure.name: design.measure.attributes() for design in striped}
         units = dict.fromkeys(design.intensity_units for design in striped)
@@ -170,13 +171,13 @@ class Population:
 
     @cached_property
     def demands(self) -> dict[str, Variable]:
-        """The demands that the scene records, by name."""
+        """The demands that the scene's recorders record, by name."""
         of_family = RECORDERS[self.scene.structure.family]
         found = {name: each for row in self.scene.recorders for name, each in of_family[row].items() if each.is_demand}
         return found | ({"peak_storey_drift_ratio": DRIFT_RATIO} if "peak_storey_drift" in found else {})
 
     def demand(self, name: str) -> Variable:
-        """Return a demand that the scene records, or raise a ValueError."""
+        """Return the demand of this name, or raise a ValueError if the scene does not record it."""
         if name not in self.demands:
             raise ValueError(
                 f"statistics: the scene records no {name!r}; it records {', '.join(self.demands) or 'no demand'}: "
@@ -186,11 +187,11 @@ class Population:
 
 
 def numbered_events(events: object, motions: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return the number of the event of each motion, and the names of the events in the order of their first use.
+    """Return the number of each motion's event, shape [motion], and the names of the events in order of first use.
 
     Raises:
-        ValueError, TypeError: If the number of events is not that of the motions, names and whole numbers are mixed, or
-            a name is empty.
+        ValueError, TypeError: If `events` does not contain one label for each of the `motions` motions, mixes texts and
+            whole numbers, or contains an empty text.
     """
     labels = [] if isinstance(events, str) else list(events)  # type: ignore[call-overload]  # checked here
     if len(labels) != motions:

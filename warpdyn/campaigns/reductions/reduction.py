@@ -1,4 +1,4 @@
-"""The statistics of a run, to which its blocks are added as they finish."""
+"""Reduction of a run's samples to statistics, to which the blocks of the run are added when they finish."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from warpdyn.foundations.files.netcdf import trace
 
 
 def checked_statistics(given: object) -> list[Statistic]:
-    """Return the statistics of a run, given as one or as several, as a list."""
+    """Return the requested statistics of a run as a list; `given` is one statistic or a list of statistics."""
     found = [given] if isinstance(given, Statistic) else given
     if not isinstance(found, list | tuple) or not found or not all(isinstance(each, Statistic) for each in found):
         raise TypeError(
@@ -36,18 +36,18 @@ def checked_statistics(given: object) -> list[Statistic]:
 
 
 class Reduction:
-    """The statistics of a run, used in a `with` statement.
+    """All statistics that are requested of a run; it is used in a `with` statement.
 
     Args:
         statistics: The statistics.
         population: Structures, motions and levels of the samples.
-        threads: Number of CPU threads that share the samples of a block.
+        threads: Number of CPU threads among which the samples of a block are divided.
 
     Attributes:
-        needs: Names of the variables of the samples that are read.
+        needs: Names of the variables of samples that are needed.
 
     Raises:
-        ValueError, TypeError, MemoryError: If a statistic does not fit the run.
+        ValueError, TypeError, MemoryError: If a statistic cannot be computed for the run.
     """
 
     def __init__(self, statistics: Sequence[Statistic], population: Population, threads: int) -> None:
@@ -59,7 +59,7 @@ class Reduction:
         self._gpus: dict[str, Gpu] = {}
 
     def __enter__(self) -> Self:
-        self.variables()  # raises an error for names that collide, before any sample runs
+        self.variables()  # raises an error if two statistics have the same variable name, before any sample runs
         return self
 
     def __exit__(self, *error: object) -> None:
@@ -68,16 +68,16 @@ class Reduction:
             each.close()
 
     def add(self, structures: np.ndarray, rows: Arrays) -> None:
-        """Add the samples of some structures, after those of all structures before them.
+        """Add the samples of some structures; all structures before them must already be added.
 
         Args:
-            structures: Their numbers.
-            rows: Variables of their samples; the first dimension is the sample.
+            structures: Numbers of the structures in the run.
+            rows: Variables of their samples by name, shape [sample, ...].
         """
         events = self.population.scene.excitation.event_names
         for event in range(len(events)):
             values = rows
-            if len(events) > 1:  # take each history of an event once
+            if len(events) > 1:  # use each history of an event once: samples may share it
                 copies = self.population.samples(-1) // self.population.samples(event)
                 values = {name: np.ascontiguousarray(array[::copies, event]) for name, array in rows.items()}
             block = Block(structures, event, values)
@@ -88,7 +88,7 @@ class Reduction:
                 each.result()
 
     def gpu(self, device: str) -> Gpu:
-        """Return the workers that reduce samples on a GPU."""
+        """Return the object that reduces samples on a GPU; it is created once for each device."""
         if device not in self._gpus:
             self._gpus[device] = Gpu(device)
         return self._gpus[device]
@@ -96,15 +96,15 @@ class Reduction:
     def add_on_gpu(
         self, structures: np.ndarray, rows: Mapping[str, Any], status: np.ndarray, heights: np.ndarray, gpu: Gpu
     ) -> None:
-        """Queue the addition of samples on the GPU that integrated them, and return at once; only for a single event.
+        """Queue the addition of samples on the GPU that integrated them, and return at once (single event only).
 
         Args:
-            structures: Their numbers.
-            rows: Variables of their samples on the GPU, and the index of the motion on the host; the first dimension is
-                the sample.
-            status: Their status, on the host.
-            heights: Their storey heights [m], shape [structure or 1, storey].
-            gpu: The GPU.
+            structures: Numbers of the structures in the run.
+            rows: Variables of their samples by name, shape [sample, ...], in the memory of the GPU; the motion index is
+                on the host.
+            status: Outcome of each sample, on the host, shape [sample].
+            heights: Storey heights [m], shape [structure or 1, storey].
+            gpu: The GPU, from `gpu`.
         """
         gpu.begin()
         self._count_failures(status)
@@ -120,16 +120,16 @@ class Reduction:
             reducer.add(block, gpu)
 
     def _count_failures(self, status: np.ndarray) -> None:
-        """Count the samples of a block, and those that failed."""
+        """Count the samples of a block, and count the failed samples by status."""
         self._samples += status.size
         if status.max(initial=0) >= DIVERGED:
             self._failed += np.bincount(status, minlength=len(STATUS_MEANINGS))[DIVERGED:]
 
     def finish(self) -> None:
-        """Wait until all samples are added.
+        """Wait until all samples are added to the statistics.
 
         Raises:
-            ValueError: If a sample that is ok has no valid demand.
+            ValueError: If the demand of a sample with the status ok is not valid.
         """
         for each in self._all_workers:
             each.finish()
@@ -139,21 +139,21 @@ class Reduction:
         return self._threads, *self._gpus.values()
 
     def of_structures(self, structures: np.ndarray) -> Reduction:
-        """Return the same statistics for only some structures, given by their increasing numbers."""
+        """Return the same statistics, still empty, for some structures only, given by increasing numbers."""
         part = copy(self)
         part._reducers = [reducer.of_structures(structures) for reducer in self._reducers]
         part._failed, part._samples = np.zeros_like(self._failed), 0
         return part
 
     def partial(self) -> Arrays:
-        """Return the contribution of the samples so far to the statistics, for `include`."""
+        """Return the contribution of all samples added so far, as arrays by name, for `include`."""
         found = {"failed": self._failed, "samples": np.array(self._samples)}
         for place, reducer in enumerate(self._reducers):
             found |= {f"{place}/{name}": values for name, values in reducer.partial().items()}
         return found
 
     def include(self, part: Arrays) -> None:
-        """Add a result of `partial` for structures that are not added yet, in any order."""
+        """Add a result of `partial` for structures that are not added yet; parts may come in any order."""
         self._failed += part["failed"]
         self._samples += int(part["samples"])
         for place, reducer in enumerate(self._reducers):
@@ -161,7 +161,7 @@ class Reduction:
             reducer.include({name.removeprefix(before): a for name, a in part.items() if name.startswith(before)})
 
     def variables(self) -> tuple[Variables, Coordinates]:
-        """Return all variables and coordinates."""
+        """Return the variables and the coordinates of all statistics, by name."""
         said = {"long_name": "samples whose integration failed, by status", "units": "1"}
         variables: Variables = {"failed_samples": ("failure", self._failed, said)}
         coordinates: Coordinates = {}
@@ -180,10 +180,10 @@ class Reduction:
         return variables, coordinates
 
     def dataset(self, rest: xr.Dataset) -> xr.Dataset:
-        """Return the statistics as a dataset, and warn if many samples failed.
+        """Return all statistics as a dataset, and warn if many samples failed.
 
         Args:
-            rest: Further variables and attributes of the run.
+            rest: Further variables and attributes of the run, which are added to the dataset.
         """
         self.finish()
         total = int(self._failed.sum())
@@ -191,7 +191,8 @@ class Reduction:
             of_each = ", ".join(f"{n:,} {name}" for n, name in zip(self._failed, FAILURES, strict=True) if n)
             warn_caller(
                 f"{total:,} of {self._samples:,} samples ({100 * total / self._samples:.2g} %) failed ({of_each}) and "
-                "are in no statistic; fragility() and damage_shares() raise an error for this share. Try a shorter step"
+                "are in no statistic; fragility() and damage_shares() raise an error for this share. Give a shorter "
+                "step= or another method="
             )
         scene = self.population.scene
         levels = levels_of(scene)
@@ -203,5 +204,5 @@ class Reduction:
 
 
 def _are_same(one: tuple, other: tuple) -> bool:
-    """Return whether two variables have the same dimensions, values and attributes."""
+    """Return whether two variables, as (dimensions, values, attributes), are equal."""
     return one[0] == other[0] and np.array_equal(one[1], other[1], equal_nan=True) and one[2] == other[2]

@@ -1,4 +1,4 @@
-"""Rows of samples, which are assigned to cells together."""
+"""Rows of samples: the samples of a structure (or of one draw), which are assigned to cells of a statistic together."""
 
 from __future__ import annotations
 
@@ -10,11 +10,12 @@ import numpy as np
 
 @dataclass(frozen=True, eq=False)
 class Places:
-    """The places of samples in a row, which are the same in all rows.
+    """The places of samples within a row of samples; they are the same in all rows.
 
     Args:
-        cell: Offset of each place's cell from the cell of the row, shape [place].
-        unit: Unit of each place, shape [place]; only the worst sample of a unit counts.
+        cell: Number of the cell of each place, minus the number of the cell of the row, shape [place].
+        unit: Number of the unit of each place, shape [place]. Only the worst sample of a unit counts, for example of
+            the two components of a record.
     """
 
     cell: np.ndarray
@@ -22,25 +23,30 @@ class Places:
 
     @cached_property
     def units(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """The places unit by unit, where each unit starts among them, and the cell of each unit."""
+        """Three arrays: places sorted by unit, start of each unit among them (and the end), cell of each unit."""
         order, start, _ = in_order_of(self.unit)
         return order, start, self.cell[order[start[:-1]]].astype(np.int32)
 
     @cached_property
     def of_units(self) -> Places:
-        """The units of a row as places."""
+        """The same row with one place for each unit."""
         cell = self.units[-1]
         return Places(cell, np.arange(cell.size))
 
     @cached_property
     def cells(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """The places cell by cell, where each cell starts among them, and the cells."""
+        """Three arrays: places sorted by cell, the start of each cell among them (and the end), and the cells."""
         order, start, which = in_order_of(self.cell)
         return order, start, which.astype(np.int32)
 
 
 def in_order_of(numbers: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return the order that sorts numbers, the start of each distinct number in it (and its end), and these numbers."""
+    """Return how numbers are sorted, as three arrays.
+
+    Returns:
+        Indices that sort the numbers; start of each distinct number in this order, and the end of the last one; the
+        distinct numbers.
+    """
     order = np.argsort(numbers, kind="stable").astype(np.int32)
     which, start = np.unique(numbers[order], return_index=True)
     return order, np.append(start, numbers.size).astype(np.int32), which
@@ -48,23 +54,23 @@ def in_order_of(numbers: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray
 
 @cache
 def one_unit(count: int) -> Places:
-    """Return a row of `count` samples that are counted as one: a single sample, or the components of a draw."""
+    """Return the places of a row of `count` samples that count as one unit: one sample, or all components of a draw."""
     none = np.zeros(count, dtype=np.int64)
     return Places(none, none)
 
 
 @dataclass(frozen=True, eq=False)
 class Rows:
-    """The assignment of the samples of a block to cells.
+    """Assignment of the samples of a block to the cells of a statistic.
 
-    The cell of a sample is the cell of its row plus the offset of its place in the row.
+    The number of a sample's cell is the number of its row's cell plus the offset of its place in the row.
 
     Args:
-        rows_per_structure: Number of rows of a structure. A row contains all samples of a structure or, if motions
-            differ from sample to sample, one sample or one draw.
-        structure: Number of each row's structure in the run.
-        cell: Cell of each row, shape [row].
-        places: The places of samples in a row.
+        rows_per_structure: Number of rows of a structure. A row contains all samples of a structure. If samples differ
+            in their motions, a row contains one sample, or one draw of MotionsAtSites.
+        structure: Number of each row's structure in the run, shape [row].
+        cell: Number of each row's cell, shape [row].
+        places: Places of the samples within a row.
     """
 
     rows_per_structure: int
@@ -74,5 +80,5 @@ class Rows:
 
     @property
     def samples(self) -> int:
-        """Samples of a row."""
+        """Number of samples in a row."""
         return self.places.cell.size

@@ -1,4 +1,7 @@
-"""Counts of samples by cell and outcome, and sums of their demands, added up block by block."""
+"""Counts of samples by cell and outcome, and sums of their demands, which are added up block by block.
+
+A cell is one combination of places along the dimensions of a statistic, such as (archetype, motion).
+"""
 
 from __future__ import annotations
 
@@ -22,19 +25,19 @@ from warpdyn.engine.kernels.reductions.table import reductions
 from warpdyn.foundations.core.output_variables import DIVERGED, STATUS_MEANINGS
 
 FAILURES = STATUS_MEANINGS[DIVERGED:]
-ENOUGH_CELLS = 2**16  # cells of sums, copies included, that keep the threads of a GPU busy
-MEMORY_OF_COUNTS = 2**28  # bytes that threads may take for separate counts
+ENOUGH_CELLS = 2**16  # number of cells of sums, including copies, that keeps all threads of a GPU busy
+MEMORY_OF_COUNTS = 2**28  # bytes that the separate tables of counts of the threads may use
 
 
 @dataclass(frozen=True, eq=False)
 class Block:
-    """Finished samples of some structures, in one event.
+    """Finished samples of some structures in one event, which are added to statistics.
 
     Args:
         structures: Numbers of the structures in the run.
-        event: The event.
-        values: Variables of the samples by name, ordered by structure, in the memory of the workers; the first
-            dimension is the sample; the index of the motion on the host.
+        event: Number of the event.
+        values: Variables of the samples by name, shape [sample, ...], sorted by structure. They are in the memory of
+            the threads or the GPU that reduce them; only the motion index is on the host.
     """
 
     structures: np.ndarray
@@ -44,7 +47,7 @@ class Block:
     _lock: RLock = field(default_factory=RLock)
 
     def shared(self, name: Hashable, find: Callable[[], Any]) -> Any:
-        """Return a value that several statistics need; only the first call computes it."""
+        """Return a value that several statistics need: the first call computes it by `find`, later calls reuse it."""
         with self._lock:
             if name not in self._shared:
                 self._shared[name] = find()
@@ -52,45 +55,47 @@ class Block:
 
     @property
     def status(self) -> Any:
-        """Outcome of each sample."""
+        """Outcome (status code) of each sample, shape [sample]."""
         return self.values["status"]
 
     @property
     def samples(self) -> int:
-        """Number of samples."""
+        """Number of samples of the block."""
         return int(self.status.shape[0])
 
     def array_of_structures(self, workers: Workers, structures: np.ndarray) -> Any:
-        """Return the structure numbers of rows in the memory of the workers."""
+        """Return the structure number of each row of samples as an array that CPU threads or the GPU can read."""
         return self.shared(("structures", structures.size), lambda: workers.array(structures.astype(np.int32)))
 
     def demand(self, name: str) -> Any:
-        """Return a demand by sample and place."""
+        """Return a demand of all samples, shape [sample, place]; places are storeys, floors, or a single one."""
         values = self.values[name]
         return values if values.ndim == 2 else values.reshape((values.shape[0], 1))
 
     def type_of(self, name: str) -> str:
-        """Return the number type of a demand."""
+        """Return the number type of a demand as text, such as "float32"."""
         dtype = self.values[name].dtype
         return str(np.dtype(dtype if isinstance(dtype, np.dtype) else wp.dtype_to_numpy(dtype)))
 
     def rows(self, cells: Cells) -> Rows:
-        """Return the assignment of the samples to cells."""
+        """Return the assignment of the block's samples to the cells of a statistic."""
         return cells.rows(self.structures, self.values["motion_index"] if cells.needs_motions else None, self.event)
 
 
 def has_own_cells(cells: Cells) -> bool:
-    """Return whether each structure has its own cells."""
+    """Return whether each structure has separate cells, i.e. "structure" or "building" is a dimension."""
     return cells.population.structure_dim in cells.dims
 
 
 class Tally:
-    """Counts of samples by place, cell and outcome: each state of a demand, and after them failures by status.
+    """Numbers of samples by place (storey or floor), cell and outcome.
+
+    The outcomes are the states of a demand, such as damage states or bins, followed by the kinds of failures.
 
     Args:
-        cells: The cells.
-        columns: Number of places that are counted separately, plus 1 for the worst of all.
-        states: Number of states; samples below every bound are in the first one.
+        cells: Cells of the statistic.
+        columns: Number of storeys or floors that are counted separately, plus 1 for the worst of all.
+        states: Number of states; a sample below every bound is in the first state.
 
     Raises:
         MemoryError: If the counts do not fit in memory.
@@ -105,12 +110,12 @@ class Tally:
         self._included: np.ndarray | None = None
 
     def add(self, block: Block, states: Any, workers: Workers) -> None:
-        """Count the samples of a block.
+        """Add the samples of a block to the counts.
 
         Args:
             block: The block.
-            states: State of each sample, shape [place, sample], the worst place last; of samples that are ok.
-            workers: The threads.
+            states: State of each sample that is ok, shape [place, sample]; the last place is the worst of all.
+            workers: The CPU threads or the GPU that count.
         """
         rows = block.rows(self.cells)
         order, start, cell_of_unit = rows.places.units
@@ -121,13 +126,13 @@ class Tally:
         def arguments(thread: int) -> tuple:
             return each, rows.samples, block.status, states, *given, tables[thread % len(tables)]
 
-        # Threads take different structures. If each structure has its own cells, the threads share one table.
+        # Each thread counts other structures. If each structure has separate cells, the threads share one table.
         most, least = 0 if has_own_cells(self.cells) else len(tables), LEAST_SAMPLES // rows.samples + 1
         parts = rows.structure.size * -(-cell_of_unit.size // each)
         workers.run(reductions().counts, 0, parts, arguments, least, most, rows.rows_per_structure)
 
     def _tables_of(self, workers: Workers) -> list[Any]:
-        """Return the tables of counts: one for all threads if each structure has its own cells, else several."""
+        """Return the tables of counts: one shared table if each structure has separate cells, else several."""
         if workers not in self._tables:
             count = (
                 1 if has_own_cells(self.cells) else int(max(1, min(workers.threads, MEMORY_OF_COUNTS // self._size)))
@@ -136,27 +141,28 @@ class Tally:
         return self._tables[workers]
 
     def include(self, cells: np.ndarray, counts: np.ndarray) -> None:
-        """Add counts of some distinct cells, from another reducer."""
+        """Add counts from another reducer, shape [place, cell, outcome]; `cells` are the numbers of their cells."""
         if self._included is None:
             self._included = np.zeros(self._shape, dtype=np.int64)
         self._included[:, cells] += counts
 
     @property
     def counts(self) -> np.ndarray:
-        """The counts, shape [place, cell, outcome]."""
+        """Number of samples of all blocks, shape [place, cell, outcome]."""
         found = [workers.read(table) for workers, tables in self._tables.items() for table in tables]
         found += [] if self._included is None else [self._included]
         return functools.reduce(np.add, found) if found else np.zeros(self._shape, dtype=np.int64)
 
 
 class Sums:
-    """Sums of a demand and of its squares, and its largest value, by cell.
+    """Sum of a demand, sum of its squares and its largest value, by cell of a statistic.
 
-    The samples of a row are added in their order, with the rounding errors of the additions in a separate sum. Rows are
-    added exactly, so that results do not depend on their order, or on blocks, threads and regions.
+    The samples of a row are added in their order, and a second sum contains the rounding errors of these additions.
+    Rows are added exactly. Results are therefore bit-identical for any order of rows, and any division into blocks,
+    threads and regions.
 
     Args:
-        cells: The cells.
+        cells: Cells of the statistic.
     """
 
     def __init__(self, cells: Cells) -> None:
@@ -175,16 +181,16 @@ class Sums:
         rows: Rows | None = None,
         counted: tuple[int, int] | None = None,
     ) -> None:
-        """Add the samples of a block that are ok.
+        """Add the demands of a block's samples to the sums, for samples with the status ok.
 
         Args:
             block: The block.
-            demand: The demand.
-            is_signed: Whether values keep their sign; else the largest absolute value of all places is taken.
-            place: The place; -1 for the worst.
-            workers: The threads.
-            rows: Assignment of the samples to cells; None: that of the block.
-            counted: First place that counts for the worst, and the one after the last; None: all count.
+            demand: Name of the demand.
+            is_signed: Whether values keep their sign; False: the largest absolute value over the places is used.
+            place: Number of the storey or floor; -1: the worst of all.
+            workers: The CPU threads or the GPU that add.
+            rows: Assignment of the samples to cells; None: the assignment from `block.rows`.
+            counted: Range (first, last + 1) of the places among which the worst is searched; None: all places.
         """
         rows = block.rows(self.cells) if rows is None else rows
         if workers not in self._sums:
@@ -223,20 +229,20 @@ class Sums:
         workers.refuse(demand, bad)
 
     def include(self, cells: np.ndarray, other: ExactSums) -> None:
-        """Add sums of some distinct cells, from another reducer."""
+        """Add sums from another reducer; `cells` are the (distinct) numbers of their cells."""
         if self._included is None:
             self._included = ExactSums.of_nothing(self.cells.count)
         self._included.include(cells, other)
 
     def _copies(self, workers: Workers) -> int:
-        """Return the number of copies of the cells: with one copy of few cells, most threads would be idle."""
+        """Return the number of copies of the cells: several copies of few cells, so that all GPU threads can add."""
         if has_own_cells(self.cells):
             return 1
         return max(1, min(workers.copies_of_cells, ENOUGH_CELLS // self.cells.count))
 
     @property
     def exact(self) -> ExactSums:
-        """The exact sums."""
+        """The exact sums of all blocks, by cell."""
         found = [] if self._included is None else [self._included]
         for workers, arrays in self._sums.items():
             copies = (np.split(workers.read(array), self._copies(workers)) for array in arrays)
@@ -250,14 +256,14 @@ class Sums:
 
     @property
     def totals(self) -> np.ndarray:
-        """The sums and largest values, shape [cell, sum]."""
+        """Shape [cell, 5]: sum, its rounding error, sum of squares, its rounding error, and largest value."""
         if not self._sums and self._included is None:
             return np.array([[0.0] * 4 + [-np.inf]]).repeat(self.cells.count, axis=0)
         return self.exact.totals
 
 
 def searched(bounds: np.ndarray) -> np.ndarray:
-    """Return bounds, shape [kind, bound], padded by infinity to 2^k - 1 bounds for the search in kernels."""
+    """Return bounds, shape [kind, bound], padded with infinity to 2^k - 1 bounds, as the binary search needs them."""
     padded = np.full((len(bounds), 2 * 2 ** int(np.log2(bounds.shape[1])) - 1), np.inf)
     padded[:, : bounds.shape[1]] = bounds
     return padded
@@ -275,19 +281,19 @@ def find_states(
     each_place: bool = False,
     is_absolute: bool = False,
 ) -> None:
-    """Set the state of each sample to the number of bounds that its demand exceeds, unless the state is higher already.
+    """Set the state of each sample to the number of bounds that its demand exceeds, unless the state is already higher.
 
     Args:
         block: The samples.
-        demand: The demand.
-        bounds: Its bounds, padded by `searched`, shape [kind, bound].
-        kind: Row of `bounds` for each structure of the block.
-        states: The states, shape [place, sample], the worst place last.
-        workers: The threads.
-        counted: First place that counts for the worst, and the one after the last; None: all count.
-        each_place: Whether states of every place are kept, in addition to the worst.
-        is_absolute: Whether the absolute values of a peak are compared; else a negative peak is an error. Of other
-            demands the absolute values are always compared.
+        demand: Name of the demand.
+        bounds: Bounds of the states, from `searched`, shape [kind, bound].
+        kind: Row of `bounds` that applies to each structure of the block, shape [structure].
+        states: The states, which are changed, shape [place, sample]; the last place is the worst of all.
+        workers: The CPU threads or the GPU that compute the states.
+        counted: Range (first, last + 1) of the places among which the worst is searched; None: all places.
+        each_place: Whether the states of every place (storey or floor) are set, in addition to the worst.
+        is_absolute: Whether absolute values of a peak are compared; False: a negative peak is an error. For demands
+            that are not peaks, absolute values are always compared.
 
     Raises:
         ValueError: If a sample with the status ok has a demand that is not finite, or a negative peak.
@@ -296,7 +302,7 @@ def find_states(
     structures = len(block.structures)
     samples, places = block.samples // structures, int(values.shape[1])
     half = (bounds.shape[1] + 1) // 2
-    rows = samples // workers.units_of_part(samples)  # rows of a structure; a thread takes one row
+    rows = samples // workers.units_of_part(samples)  # number of rows of a structure; a thread processes one row
     counted = counted or (0, places)
     how = samples // rows, rows, places, *counted, int(is_absolute or not is_peak(demand)), int(each_place)
     structure, kind = block.array_of_structures(workers, block.structures), workers.array(kind.astype(np.int32))
@@ -322,7 +328,7 @@ def find_states(
 
 
 def check_fits_memory(cells: Cells, size: float) -> None:
-    """Raise a MemoryError if the cells of a statistic do not fit in memory."""
+    """Raise a MemoryError if `size` bytes for the cells of a statistic do not fit in the free memory of the host."""
     if size > free_memory("cpu"):
         each: Any = " x ".join(f"{count:,} {name}s" for name, count in zip(cells.dims, cells.shape, strict=True))
         raise MemoryError(

@@ -1,4 +1,4 @@
-"""Workers that reduce the samples of a block: threads of the CPU, or the GPU that integrated the samples."""
+"""Execution of reductions of samples: by threads of the CPU, or by the GPU that integrated the samples."""
 
 from __future__ import annotations
 
@@ -14,51 +14,51 @@ from warpdyn.engine.kernels.kernel_cache import THREADS_OF_A_BLOCK, loaded
 from warpdyn.engine.kernels.queues import BLOCKS_ON_A_GPU
 from warpdyn.engine.kernels.reductions.table import reductions
 
-# Least number of samples of a thread: a launch takes 0.1 ms in Python, during which no other Python thread runs.
+# Least number of samples per thread: a launch takes 0.1 ms in Python, during which no other Python thread runs.
 LEAST_SAMPLES = 2**15
 
 
 class Threads:
-    """CPU threads, which read NumPy arrays without copies; `Gpu` has the same methods.
+    """CPU threads that reduce samples; they read NumPy arrays without copies. `Gpu` has the same methods.
 
     Args:
         threads: Number of threads.
 
     Attributes:
         threads: Number of CPU threads; 1 for a GPU, which has thousands of threads.
-        memory_of_sums: Bytes that the sums of rows may take at a time.
-        copies_of_cells: Largest number of copies of the sums by cell, so that several threads can add to the same cell
-            in parallel, each in its own copy.
+        memory_of_sums: Bytes that the sums of rows of samples may use at a time.
+        copies_of_cells: Largest number of copies of the sums by cell. With copies, several threads can add to the same
+            cell in parallel.
     """
 
-    memory_of_sums, copies_of_cells = 2**23, 1  # fits in the cache; one copy, because threads take different units
+    memory_of_sums, copies_of_cells = 2**23, 1  # fits in the cache; no copies, because threads add to different cells
 
     def __init__(self, threads: int) -> None:
         self.threads = threads
         self._pool = ThreadPoolExecutor(threads)
 
     def array(self, values: np.ndarray) -> Any:
-        """Return values that the threads read until the block is reduced."""
+        """Return values as an array that the threads can read until the block is reduced (here unchanged)."""
         return values
 
     def constant(self, values: np.ndarray) -> Any:
-        """Return values that the threads read, the same array for all blocks."""
+        """Return constant values as an array that the threads can read for all blocks (here unchanged)."""
         return values
 
     def empty(self, shape: tuple[int, ...], dtype: Any) -> Any:
-        """Return memory that the threads write to until the block is reduced."""
+        """Return an uninitialised array that the threads can write to until the block is reduced."""
         return np.empty(shape, dtype)
 
     def no_states(self, shape: tuple[int, ...]) -> Any:
-        """Return memory for states, filled with zeros, that the threads write to until the block is reduced."""
+        """Return an array of states filled with zeros, which the threads can change until the block is reduced."""
         return np.zeros(shape, np.uint16)
 
     def kept(self, values: np.ndarray) -> Any:
-        """Return values that the threads change and keep: the same array (a GPU: a copy)."""
+        """Return values as an array that the threads change from block to block (here the same array)."""
         return values
 
     def read(self, array: Any) -> np.ndarray:
-        """Return values that were kept."""
+        """Return an array from `kept` as a NumPy array on the host."""
         return array
 
     def run(
@@ -71,15 +71,15 @@ class Threads:
         most: int = 0,
         together: int = 1,
     ) -> None:
-        """Launch a kernel of `reductions` over parts of a range in parallel, and wait.
+        """Launch a reduction kernel over parts of a range in parallel threads, and wait until it is done.
 
         Args:
-            kernel: The kernel.
+            kernel: The kernel, from `reductions`.
             first, last: First element of the range, and the element after its last one.
-            arguments: Function that returns the arguments after the range for the number of a thread.
+            arguments: Function of the thread number that returns the kernel arguments after the range.
             least: Smallest number of elements in a part.
             most: Largest number of parts; 0: the number of threads.
-            together: Number of successive elements that one CPU thread must take together.
+            together: Number of successive elements that the same CPU thread must process.
         """
         loaded(kernel)
         parts = max(1, min(most or self.threads, self.threads, (last - first) // max(1, least)))
@@ -94,72 +94,74 @@ class Threads:
         list(self._pool.map(part, edges[:-1], edges[1:], range(parts)))
 
     def units_of_part(self, units: int) -> int:
-        """Return how many of a row's units a thread takes at a time: all of them."""
+        """Return how many of the `units` units of a row one CPU thread processes: all units."""
         return units
 
     def groups(self, cell_of_row: np.ndarray, units: int) -> tuple[np.ndarray, np.ndarray, int]:
-        """Return groups of rows whose sums are added to cells, so that no two threads add to the same cell.
+        """Return groups of rows whose sums are added to cells, so that two threads never add to the same cell.
 
-        Here all rows are one group, and each thread takes some units, so that rows are read in the order of memory.
+        On a CPU all rows are one group, and each thread processes some units of every row, so that rows are read in the
+        order of memory.
 
         Args:
-            cell_of_row: The cells of rows.
-            units: Number of cells of a row.
+            cell_of_row: Number of each row's cell, shape [row].
+            units: Number of units of a row.
 
         Returns:
-            The rows, group by group; the start of each group; and the number of units that a thread takes.
+            Rows sorted by group; start of each group and end of the last one; number of units for each thread.
         """
         rows = np.arange(cell_of_row.size, dtype=np.int32)
         return rows, np.array([0, rows.size], dtype=np.int32), -(-units // self.threads)
 
     def bad(self, demand: str) -> Any:
-        """Return memory for the number of a structure that has a sample with status ok but without a valid demand."""
+        """Return an array of -1, to which kernels write the number of a structure if its demand is not valid."""
         return np.full(self.threads, -1, dtype=np.int32)
 
     def refuse(self, demand: str, bad: Any) -> None:
-        """Raise a ValueError if such a structure was found."""
+        """Raise a ValueError if a kernel has written the number of a structure to `bad`."""
         _refuse(demand, bad)
 
     def finish(self) -> None:
-        """Return at once: other calls return after their samples are reduced."""
+        """Do nothing: on a CPU, each call waits until its samples are reduced."""
 
     def close(self) -> None:
-        """End the threads."""
+        """End the CPU threads that reduce samples."""
         self._pool.shutdown()
 
 
 class Gpu:
-    """A GPU, on a separate stream: reductions run one after the other, and the host does not wait for them.
+    """A GPU that reduces samples on a separate stream, one block after the other, while the host continues.
 
-    Its methods are called by another thread than the one that launches histories. All threads of a process share the
-    current stream of a device, so the methods do not use it, or wait for the whole device after using it.
+    The methods of this class are not called by the thread that launches response histories, but by another one. All
+    threads of a process share the current stream of a device. Therefore the methods do not use the current stream, or
+    wait for the whole device after using it.
 
     Args:
-        device: The GPU.
+        device: Name of the GPU, such as "cuda:0".
     """
 
     threads, memory_of_sums, copies_of_cells = 1, 2**28, 64
 
     def __init__(self, device: str) -> None:
         self.device = device
-        # Give this stream priority; otherwise it would wait behind the history kernels of other blocks.
+        # This stream has priority; otherwise it would wait behind the history kernels of other blocks.
         self.stream = wp.Stream(device, priority=-1)
-        # Arrays of a block, which the next block reuses: all blocks request arrays in the same order.
+        # Arrays of a block, which the next block reuses: every block requests the same arrays in the same order.
         self._held: list[wp.array] = []
         self._views: list[tuple[tuple[int, ...], wp.array]] = []  # shapes and views of these arrays at their last use
         self._taken = 0
-        # Host memory of the last blocks' uploads: some GPUs read it after the copy was queued.
+        # Host memory of the last blocks' uploads stays allocated: some GPUs read it after the copy was queued.
         self._kept_alive: deque[list[wp.array]] = deque([[]], maxlen=BLOCKS_ON_A_GPU + 1)
         self._constants: dict[int, tuple[np.ndarray, wp.array]] = {}
         self._bad: dict[str, wp.array] = {}
 
     def begin(self) -> None:
-        """Begin another block, which reuses the memory of the previous block after it."""
+        """Begin another block, which reuses the device memory of the previous block."""
         self._taken = 0
         self._kept_alive.append([])
 
     def array(self, values: np.ndarray) -> Any:
-        """Return a copy of the values on the device."""
+        """Return a copy of the values on the device, which is valid until the next block."""
         values = np.ascontiguousarray(values)
         there = self.empty(values.shape, values.dtype)
         here: Any = wp.array(values, dtype=there.dtype, device="cpu", copy=False)
@@ -168,13 +170,13 @@ class Gpu:
         return there
 
     def constant(self, values: np.ndarray) -> Any:
-        """Return a copy of the values on the device, which is made once."""
+        """Return a copy of constant values on the device; it is made once and used for all blocks."""
         if id(values) not in self._constants:
-            self._constants[id(values)] = values, self.kept(values)  # kept, so that no other array has its id
+            self._constants[id(values)] = values, self.kept(values)  # keep `values`, so that its id stays unique
         return self._constants[id(values)][1]
 
     def empty(self, shape: tuple[int, ...], dtype: Any) -> Any:
-        """Return memory on the device, which the next block reuses."""
+        """Return an uninitialised array on the device, whose memory the next block reuses."""
         kind, size = wp.dtype_from_numpy(np.dtype(dtype)), int(np.prod(shape))
         place, self._taken = self._taken, self._taken + 1
         if place < len(self._views):
@@ -182,7 +184,7 @@ class Gpu:
             if taken == shape and view.dtype is kind:
                 return view
         if place == len(self._held) or self._held[place].dtype is not kind or self._held[place].size < size:
-            # Allocate 25 % more, because larger memory for a later block would need another wait for the whole device.
+            # Allocate 25 % more, because another allocation for a larger block would wait for the whole device.
             held = wp.empty(max(size + size // 4, 1), dtype=kind, device=self.device)
             wp.synchronize_device(self.device)
             self._held[place : place + 1] = [held]
@@ -191,20 +193,20 @@ class Gpu:
         return view
 
     def no_states(self, shape: tuple[int, ...]) -> Any:
-        """Return memory for states, filled with zeros, that the threads write to until the block is reduced."""
+        """Return an array of states filled with zeros on the device, whose memory the next block reuses."""
         found = self.empty(shape, np.uint16)
         flat = found.reshape((found.size,))
         self.run(reductions().zeros, 0, found.size, lambda thread: (flat,))
         return found
 
     def kept(self, values: np.ndarray) -> Any:
-        """Return a copy of the values that is kept."""
+        """Return a copy of the values on the device, which the kernels change from block to block."""
         copy: wp.array = wp.array(values, dtype=wp.dtype_from_numpy(values.dtype), device=self.device)
         wp.synchronize_device(self.device)
         return copy
 
     def read(self, array: Any) -> np.ndarray:
-        """Return a copy of the values after all queued kernels."""
+        """Return a copy of a device array on the host, after all queued kernels are done."""
         wp.synchronize_stream(self.stream)
         return array.numpy()
 
@@ -218,24 +220,27 @@ class Gpu:
         most: int = 0,
         together: int = 1,
     ) -> None:
-        """Queue a kernel over a range, with one thread per element."""
+        """Queue a reduction kernel over a range, with one GPU thread per element; arguments: see `Threads.run`."""
         loaded(kernel, self.device)
         inputs = [first, last, last - first, *arguments(0)]
         wp.launch(kernel, dim=last - first, inputs=inputs, stream=self.stream, block_dim=THREADS_OF_A_BLOCK)
 
     def units_of_part(self, units: int) -> int:
-        """Return how many of a row's units a thread takes at a time: one, since there are thousands of threads."""
+        """Return how many units of a row a GPU thread processes: one, because there are thousands of threads."""
         return 1
 
     def groups(self, cell_of_row: np.ndarray, units: int) -> tuple[np.ndarray, np.ndarray, int]:
-        """Return the rows of each cell as a group; a thread takes one unit of a group."""
+        """Return groups of rows: one group for each cell; a GPU thread processes one unit of a group.
+
+        Arguments and result: see `Threads.groups`.
+        """
         order = np.argsort(cell_of_row, kind="stable").astype(np.int32)
         in_order = cell_of_row[order]
         start = np.flatnonzero(np.append(True, in_order[1:] != in_order[:-1]))
         return order, np.append(start, order.size).astype(np.int32), 1
 
     def bad(self, demand: str) -> Any:
-        """Return memory for the number of such a structure, the same memory for all blocks."""
+        """Return the device array to which kernels write the number of a structure whose demand is not valid."""
         if demand not in self._bad:
             self._bad[demand] = self.kept(np.full(1, -1, dtype=np.int32))
         return self._bad[demand]
@@ -244,14 +249,14 @@ class Gpu:
         """Do nothing: `finish` reads `bad` after it has waited for the GPU."""
 
     def finish(self) -> None:
-        """Wait until all samples are reduced; raise a ValueError if a sample with status ok had no valid demand."""
+        """Wait until all samples are reduced; raise a ValueError if the demand of a sample that is ok is not valid."""
         wp.synchronize_stream(self.stream)
         self._constants.clear()  # the next region has other constants
         for demand, bad in self._bad.items():
             _refuse(demand, bad.numpy())
 
     def close(self) -> None:
-        """Free the memory."""
+        """Free the memory that the reductions use on the GPU."""
         for held in (self._held, self._views, self._constants):
             held.clear()
 
@@ -260,7 +265,7 @@ Workers = Threads | Gpu
 
 
 def _refuse(demand: str, bad: np.ndarray) -> None:
-    """Raise a ValueError if a thread has written the number of a structure (instead of -1)."""
+    """Raise a ValueError if `bad` contains the number of a structure (not -1), whose demand is then not valid."""
     if (bad >= 0).any():
         raise ValueError(
             f"a sample of structure {bad[bad >= 0][0]} is 'ok' but its {demand} is not valid: it must be finite, and "

@@ -1,4 +1,4 @@
-"""Division of a run into blocks of structures that fit in memory."""
+"""Division of a run into blocks: ranges of structures that are integrated together and fit in memory."""
 
 from __future__ import annotations
 
@@ -13,24 +13,26 @@ from warpdyn.campaigns.running.labels import Column, lengths
 from warpdyn.engine.kernels.queues import BLOCKS_ON_A_GPU, free_memory
 
 SHARE_OF_FREE_MEMORY = 0.25
-# Samples of a block. CPU_BLOCK makes the cost of launches negligible. A GPU reaches its full speed only if a launch has
-# several times as many samples as run in parallel (2^16 of 5 storeys): 2^18 samples of one to three storeys take 25 %
-# longer in four launches. But the preparation of the first block and the collection of the last block do not overlap
-# with kernels: 2^20 samples in two blocks take 10 % more kernel time than in one block, and 14 % less time in all.
+# Number of samples in a block. With CPU_BLOCK samples, launches cost a negligible time. A GPU reaches its full speed
+# only if a launch has several times as many samples as run in parallel (2^16 of 5 storeys): 2^18 samples of 1 to 3
+# storeys take 25 % longer in four launches than in one. But the preparation of the first block and the collection of
+# the last block do not overlap with kernels: 2^20 samples in two blocks take 10 % more kernel time than in one block,
+# and 14 % less time in total.
 CPU_BLOCK, GPU_BLOCK, LEAST_GPU_BLOCK, BLOCKS_PER_GPU = 2**20, 2**17, 2**18, 2
-LARGEST_GPU_BLOCK, WORK_OF_A_GPU_BLOCK = 2**20, 2**33  # work: steps of storeys
-# If no sample leaves the GPU, the only loss is Python's time per block: few blocks are better. But during the
-# preparation of the first block and the collection of the last one the GPU is idle, so blocks must not be too large.
+LARGEST_GPU_BLOCK, WORK_OF_A_GPU_BLOCK = 2**20, 2**33  # work of a block: samples times steps times storeys
+# If a GPU reduces all samples to statistics, the only loss is Python's time per block, so few blocks are better. But
+# the
+# GPU is idle while the first block is prepared and the last block is collected, so blocks must not be too large.
 BLOCKS_OF_A_REDUCTION, LARGEST_OF_A_REDUCTION = 16, 2**19
-LEAST_RANGES = 8  # of a block, so that blocks of whole ranges have about equal sizes
+LEAST_RANGES = 8  # least number of rerun ranges in a block, so that blocks of whole ranges have about equal sizes
 BLOCKS_AHEAD = 4  # blocks that are prepared at the same time for each GPU
-# Steps of a block, times storeys. A thread takes a few seconds to 30 s for them, depending on the law.
+# Work of a block for each CPU thread (samples times steps times storeys): a few seconds to 30 s, depending on the law.
 WORK_OF_A_BLOCK = 1e9
-# Memory on the host of a sample and a structure in progress [bytes]: inputs of a sample, in the types of the schedule
-# and of the kernel and, for a GPU, in page-locked memory; copies of a structure's parameters: drawn, combined, packed
-# and, for a GPU, in page-locked memory.
+# Host memory of a sample in progress [bytes]: its inputs, in the types of the schedule and of the kernel and, for a
+# GPU,
+# in page-locked memory. Copies of a structure's parameters: drawn, combined, packed and, for a GPU, page-locked.
 BYTES_PER_SAMPLE, COPIES_OF_A_STRUCTURE = 120, 4
-MEMORY_OF_CHUNKS = 64 * 2**20  # bytes of the eigenvalue problems, which are solved in parts, and of file chunks
+MEMORY_OF_CHUNKS = 64 * 2**20  # bytes for eigenvalue problems, which are solved in parts, and for chunks of files
 
 
 def divide(
@@ -41,21 +43,21 @@ def divide(
     *,
     is_reduced: bool = False,
 ) -> list[range]:
-    """Return the blocks of a run, each as the range of its structures.
+    """Return the blocks of a run (structures that are integrated together), each as a range of structure numbers.
 
     Args:
-        run: The run.
-        columns: Variables of its dataset with one value for each sample.
-        memory: Bytes that the blocks in progress may take on the host, and on each device; None for a share of the free
-            memory.
-        region: The structures that are divided; None: all structures of the run.
-        is_reduced: Whether the samples stay on a GPU.
+        run: The prepared run.
+        columns: Variables of the run's dataset with one value for each sample, by name.
+        memory: Bytes that all blocks in progress may use on the host, and on each device; None: the share
+            SHARE_OF_FREE_MEMORY of the free memory.
+        region: Range of structures to divide; None: all structures of the run.
+        is_reduced: Whether a GPU reduces the samples to statistics, so that they are not copied to the host.
 
     Raises:
-        ValueError: If the memory is too small for a single structure.
+        ValueError: If `memory` is too small for a single structure.
     """
     is_gpu, devices = run.execution.is_gpu, run.execution.devices
-    # Blocks on the devices, blocks that are being prepared, and one that is being collected.
+    # Blocks in progress: on the devices, in preparation, and one block whose results are collected.
     under_way = BLOCKS_ON_A_GPU * len(devices) + blocks_ahead(run) + 1 if is_gpu else 1
     host, device = bytes_per_structure(run, columns)
     if memory is None:
@@ -68,12 +70,12 @@ def divide(
         if room < 1:
             needed = max(MEMORY_OF_CHUNKS + under_way * host, BLOCKS_ON_A_GPU * device)
             raise ValueError(f"memory must be at least {int(needed)} bytes for this scene, got {memory}")
-        room = max(1, room // 2)  # half of it is left for the rows of the region
+        room = max(1, room // 2)  # the other half is for the samples of the whole region
     region = range(run.structures) if region is None else region
     structures = len(region)
     samples = structures * (run.samples // run.structures)
     steps = float((run.model.timeline.intervals * run.model.timeline.substeps).mean())
-    work = steps * run.model.plan.dofs  # of a sample
+    work = steps * run.model.plan.dofs  # of one sample
     most = CPU_BLOCK
     if is_gpu and is_reduced:
         most = int(np.clip(samples / BLOCKS_OF_A_REDUCTION, GPU_BLOCK, LARGEST_OF_A_REDUCTION))
@@ -84,26 +86,27 @@ def divide(
         count = max(count, min(BLOCKS_PER_GPU * len(devices), samples // LEAST_GPU_BLOCK))
     count = max(count, -(-structures // room))
     count = min(-(-count // len(devices)) * len(devices), structures)
-    # A block of whole ranges of structures, which share a limit on reruns, needs no steps of samples that did not fail.
+    # Prefer blocks of whole rerun ranges (structures whose failed samples share one limit on reruns): such blocks need
+    # no step counts of the samples that did not fail.
     together = structures_of_a_range(run.samples // run.structures)
     if min(structures // count, room) < LEAST_RANGES * together:
         together = 1
     units = -(-structures // together)
     count = max(count, -(-units // max(1, room // together)))
-    size, larger = divmod(units, count)  # the first ones are larger by one
+    size, larger = divmod(units, count)  # the first `larger` blocks have one more unit
     edges = [region.start + together * (place * size + min(place, larger)) for place in range(count + 1)]
     return [range(a, min(b, region.stop)) for a, b in pairwise(edges)]
 
 
 def bytes_per_row(run: Run, columns: dict[str, Column]) -> int:
-    """Return the bytes of a sample in the dataset."""
+    """Return the number of bytes of one sample in the run's dataset."""
     return sum(column.dtype.itemsize * int(np.prod(lengths(run.model, column))) for column in columns.values())
 
 
 def blocks_ahead(run: Run) -> int:
-    """Return how many blocks are prepared in parallel before their device is free.
+    """Return how many blocks are prepared on the host in parallel before a GPU is free for them; 0 on a CPU.
 
-    One thread takes twice as long to prepare a block of short histories as a GPU takes to run it.
+    One thread needs twice as long to prepare a block of short histories as a GPU needs to integrate it.
     """
     if not run.execution.is_gpu:
         return 0
@@ -111,7 +114,7 @@ def blocks_ahead(run: Run) -> int:
 
 
 def bytes_per_structure(run: Run, columns: dict[str, Column]) -> tuple[float, float]:
-    """Return the bytes of a structure with all its samples, on the host and on a device."""
+    """Return the bytes that one structure with all its samples needs in a block: (on the host, on a device)."""
     model = run.model
     width, real = model.plan.dofs, np.dtype(model.plan.dtype).itemsize
     row = bytes_per_row(run, columns)
@@ -121,10 +124,10 @@ def bytes_per_structure(run: Run, columns: dict[str, Column]) -> tuple[float, fl
     steps = model.timeline.steps
     packed = packing.pack_structures(model, parameters, steps[:1], np.zeros((1, 2)))
     values = sum(array.size for array in packed.values())
-    if model.needs_step:  # a structure is packed once for each step
+    if model.needs_step:  # the parameters of a structure are packed once for each step
         values *= np.unique(steps).size
     drawn_values = sum(array.size for array in drawn.values())
-    if len(run.samples_by_event) > 1:  # each sample of an event is a structure of the next one
+    if len(run.samples_by_event) > 1:  # each sample of an event is a separate structure in the next event
         damaged = run.samples_by_event[-2] // run.structures
         values, drawn_values = values * damaged, drawn_values * damaged
         outputs *= 3  # copies: as read, merged with samples that were not run, and labelled

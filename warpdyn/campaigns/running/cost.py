@@ -8,20 +8,20 @@ from warpdyn.campaigns.integration.ensemble import Ensemble
 from warpdyn.campaigns.integration.run import Run
 from warpdyn.foundations.core.messages import amount_of, tell, warn_caller
 
-# By RK4 in float32, one CPU core takes 0.8 ns (elastic) to 2.3 ns (Bouc-Wen) for a step of a storey; about ten times as
-# long for laws with deterioration, in float64 and by implicit methods. 5 ns is right within a factor of about ten. A
-# GPU is as fast as a few hundred cores.
+# By RK4 in float32, one CPU core takes 0.8 ns (elastic) to 2.3 ns (Bouc-Wen) for one step of one storey; about ten
+# times as long for laws with deterioration, in float64 and by implicit methods. 5 ns is right within a factor of about
+# 10. A GPU is assumed to be as fast as 200 CPU cores.
 SECONDS_OF_A_STEP, CORES_OF_A_GPU = 5e-9, 200
-TOLD = 300.0  # seconds; longer runs are reported before they start
-MOST_STEPS_OF_A_SAMPLE = 10**7  # a day of a record at 10 ms; a launch cannot be interrupted within a sample
+TOLD = 300.0  # expected time of a run [s] above which it is reported before the run starts
+MOST_STEPS_OF_A_SAMPLE = 10**7  # a record of one day at 10 ms; a launch cannot be interrupted within a sample
 
 
 def tell_cost(run: Run, events: Sequence[Ensemble]) -> None:
-    """Report the expected time of a run if it is longer than TOLD; warn of samples with very many steps.
+    """Report the expected time of a run if it is longer than TOLD [s]; warn if a sample takes very many steps.
 
     Args:
-        run: The run.
-        events: Its first block, event by event.
+        run: The prepared run.
+        events: The first block of structures of the run: one ensemble (set of samples) for each event.
     """
     total = 0.0
     for whole, samples in zip(events, run.samples_by_event, strict=True):
@@ -46,7 +46,7 @@ def tell_cost(run: Run, events: Sequence[Ensemble]) -> None:
 
 
 def _spoken(seconds: float) -> str:
-    """Return a time in minutes, hours or days."""
+    """Return a time given in s as text in minutes, hours or days, such as "90 minutes"."""
     if seconds < 2 * 3600:
         return f"{seconds / 60:.0f} minutes"
     return f"{seconds / 3600:.0f} hours" if seconds < 72 * 3600 else f"{seconds / 86400:,.0f} days"

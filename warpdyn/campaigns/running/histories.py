@@ -1,4 +1,4 @@
-"""Whole response histories of chosen samples, in addition to the recorded variables of all samples."""
+"""Whole response histories of chosen samples, which a run returns in addition to the peaks of all samples."""
 
 from __future__ import annotations
 
@@ -18,25 +18,26 @@ from warpdyn.foundations.core.checks import check_memory, finite_numbers, shorte
 from warpdyn.foundations.core.near_misses import with_suggestions
 from warpdyn.foundations.core.output_variables import DIVERGED
 
-# More histories would not fit in memory: a history of 1,000 steps takes 24 kB per storey.
+# Largest number of histories: 2^20 histories of 1,000 steps need 24 kB per storey each.
 MOST_HISTORIES = 2**20
-BYTES_OF_A_VALUE = 24  # float64, three times: written by the kernel, read back, and in the dataset
+BYTES_OF_A_VALUE = 24  # 3 float64 copies of a value: written by the kernel, read back, and in the dataset
 
 
 @with_suggestions
 @dataclass(frozen=True)
 class Histories:
-    """Samples whose whole response histories are kept, at the times of the sample with the longest step.
+    """Samples whose whole response histories a run returns.
 
-    If the step of a sample does not divide the longest step, its history is interpolated linearly, so that peaks may be
-    cut; the recorders of the scene return the peaks.
+    The times of the histories are multiples of the longest integration step of these samples. If the step of a sample
+    does not divide this longest step, its history is interpolated linearly, which may cut peaks; the exact peaks are in
+    the variables of the scene's recorders.
 
     Args:
-        samples: Indices along the dimension `sample`, at least one.
-        every: Number of the longest steps from one kept state to the next; the first state is kept.
+        samples: Indices along the dimension `sample` of the run's dataset, at least one.
+        every: Number of longest steps between two returned states; the initial state is always returned.
 
     Raises:
-        ValueError: If a number is not whole or negative, or there is no sample.
+        ValueError: If a number is negative or not whole, or if `samples` is empty.
 
     Example:
         >>> run = wd.simulate(scene, structures=3, histories=wd.Histories([0, 5], every=2))
@@ -65,15 +66,15 @@ class Histories:
 
 
 class KeptHistories:
-    """The samples of a run whose histories are kept: prepared before the run, integrated after it.
+    """Samples of a run whose histories are returned: prepared before the run and integrated again after it.
 
     Args:
-        histories: The samples.
-        run: The run.
-        queue: Device queue that they are integrated on.
+        histories: Indices of the samples, and the interval between returned states.
+        run: The prepared run.
+        queue: Device queue on which the histories are integrated.
 
     Raises:
-        ValueError: If a sample is not in the run.
+        ValueError: If the run does not contain one of the samples.
     """
 
     def __init__(self, histories: Histories, run: Run, queue: Queue) -> None:
@@ -84,9 +85,12 @@ class KeptHistories:
         self.histories = histories
         asked = np.array(histories.samples)
         for sample in asked[asked >= run.samples]:
-            raise ValueError(f"histories ask for sample {sample}, but the run has samples 0 to {run.samples - 1}")
+            raise ValueError(
+                f"histories ask for sample {sample}, but the run has samples 0 to {run.samples - 1}: "
+                f"remove {sample} from Histories(samples)"
+            )
         whole, vibration = run.events(np.unique(asked // (run.samples // run.structures)), queue)[0]
-        # The run reports its findings; these are not reported.
+        # The run reports findings on stability; here they are discarded.
         shorten_steps(whole, vibration, run.findings[0], divides=run.integration.divides_steps)
         guard(whole, vibration, run.integration.on_unstable)
         self.part = whole.select(np.searchsorted(whole.sample, asked))
@@ -95,7 +99,7 @@ class KeptHistories:
         self._status = np.zeros(asked.size, dtype=np.int8)
 
     def _check_memory(self, run: Run) -> None:
-        """Raise an error if the histories do not fit in `memory`, or in the free memory."""
+        """Raise an error if the histories need more bytes than `memory` of the execution settings, or free memory."""
         schedule = self.part.schedule
         seconds = float((schedule.run_intervals * schedule.substeps * schedule.step).max())
         states = 1 + int(seconds / (self.histories.every * self.longest_step))
@@ -108,12 +112,18 @@ class KeptHistories:
         )
 
     def take(self, own: np.ndarray, substeps: np.ndarray, status: np.ndarray) -> None:
-        """Set the final steps and the status of some samples, given by their places in `Histories.samples`."""
+        """Set the final steps and the status of some histories, after the run has integrated these samples.
+
+        Args:
+            own: Positions of the samples in `Histories.samples`.
+            substeps: Final number of integration steps per motion interval, for each of these samples.
+            status: Outcome of each of these samples, such as OK or DIVERGED.
+        """
         self.part.schedule = self.part.restepped(own, substeps)
         self._status[own] = status
 
     def result(self) -> xr.Dataset:
-        """Return the histories; those of samples that failed are NaN."""
+        """Integrate the samples again; return their histories as a dataset, NaN for samples that failed."""
         kept = self.histories.every * self.longest_step  # time between the states that are kept [s]
         found = []  # samples, and their histories
         for samples, step in self._groups():
@@ -134,7 +144,11 @@ class KeptHistories:
         return history_variables(self.histories.samples, time, joined)
 
     def _groups(self) -> Iterator[tuple[np.ndarray, float]]:
-        """Yield the samples whose steps divide the longest step, and this step; then the samples of each other step."""
+        """Yield groups of histories that are integrated together, as (positions in `samples`, step of the states [s]).
+
+        The first group contains all samples whose step divides the longest step. The other groups contain one step
+        each.
+        """
         steps = self.part.schedule.step
         ratio = self.longest_step / steps
         divides = np.isclose(ratio, np.round(ratio), rtol=1e-6, atol=0.0)
@@ -144,7 +158,16 @@ class KeptHistories:
 
 
 def outcomes_of(histories: Histories, run: Ensemble, status: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return the places in `histories.samples` of samples in a block, their substeps and their status."""
+    """Return the outcomes of the samples in a block whose whole histories are requested.
+
+    Args:
+        histories: Indices of the samples whose histories are requested.
+        run: Samples of the block.
+        status: Outcome of each sample of the block.
+
+    Returns:
+        Positions in `histories.samples` of the samples in the block, their number of steps per interval, their status.
+    """
     samples = np.array(histories.samples)
     own = np.flatnonzero((samples >= run.sample[0]) & (samples <= run.sample[-1]))
     place = samples[own] - run.sample[0]
@@ -152,18 +175,18 @@ def outcomes_of(histories: Histories, run: Ensemble, status: np.ndarray) -> tupl
 
 
 def _interpolated(values: np.ndarray, step: float, end: float, kept: float) -> np.ndarray:
-    """Return histories at other times, interpolated linearly between states; NaN if one of the two states is NaN.
+    """Return histories at multiples of `kept`, interpolated linearly; NaN if one of the two states is NaN.
 
     Args:
         values: The histories, shape [history, time, dof].
-        step: Time between their states [s].
-        end: The last of their times [s].
-        kept: Time between the states that are returned [s].
+        step: Time between two states of `values` [s].
+        end: Time of the last state of `values` [s].
+        kept: Time between two returned states [s].
     """
     last = values.shape[1] - 1
     place = np.minimum(np.arange(int(end / kept * (1 + 1e-9)) + 1) * (kept / step), last)
     near = np.round(place)
-    place = np.where(np.abs(place - near) < 1e-6, near, place)  # a state itself, which may be the last one
+    place = np.where(np.abs(place - near) < 1e-6, near, place)  # the time of a state: not interpolated
     before = np.floor(place).astype(np.int64)
     share = (place - before)[:, None]
     found = values[:, before]

@@ -1,4 +1,4 @@
-"""Labels of a run's dataset: names, units, coordinates and root attributes."""
+"""Labels of a run's dataset: names, units, coordinates and attributes."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ from warpdyn.model.scene.scene import Scene
 BECAUSE = "method_chosen_because"  # attribute of a run: the reason why its method is the default
 
 
-# Inputs that do not depend on drawn parameters, by their names in the dataset.
+# Inputs of a sample that do not depend on drawn parameters: the functions that return them, by variable name.
 OF_ASSIGNMENT: dict[str, Callable[[Ensemble | Inputs], Any]] = {
     "sample": attrgetter("sample"),
     "structure": attrgetter("assignment.structure"),
@@ -54,11 +54,11 @@ class Column:
     """A variable of a run's dataset that has one value (or one row of values) for each sample.
 
     Args:
-        dims: Its dimensions in addition to `sample`: ("storey",), ("floor",), ("dof",) or (), after "event" in an
-            EventSequence.
+        dims: Dimensions of the variable in addition to `sample`: ("storey",), ("floor",), ("dof",) or (); in an
+            EventSequence, "event" comes before them.
         dtype: Number type.
-        attributes: Its attributes in the dataset.
-        is_coordinate: Whether it is a coordinate.
+        attributes: Attributes of the variable in the dataset.
+        is_coordinate: Whether the variable is a coordinate of the dataset.
     """
 
     dims: tuple[str, ...]
@@ -68,7 +68,12 @@ class Column:
 
 
 def columns_of(model: Model, keep_inputs: bool) -> dict[str, Column]:
-    """Return the variables of a run's dataset that have one value for each sample, by name."""
+    """Return the variables of a run's dataset that have one value for each sample, by name.
+
+    Args:
+        model: The model that is integrated.
+        keep_inputs: Whether the drawn parameters of each sample are among the variables.
+    """
     scene, plan = model.scene, model.plan
     structure, excitation = scene.structure, scene.excitation
     real, integer, double = np.dtype(plan.dtype), np.dtype("int32"), np.dtype("float64")
@@ -112,7 +117,7 @@ def columns_of(model: Model, keep_inputs: bool) -> dict[str, Column]:
             "design": OF_SEQUENCE,
         }
         units = {level.units for level in levels}
-        # If units differ, im_level_units has those of each event.
+        # If the units of the events differ, the variable im_level_units contains the unit of each event.
         coordinates["im_level"] = (double, attributes | ({"units": units.pop()} if len(units) == 1 else {}))
     elif levels[0].im_level is not None:
         coordinates["im_level"] = (double, _level_attributes(levels[0]))
@@ -122,7 +127,7 @@ def columns_of(model: Model, keep_inputs: bool) -> dict[str, Column]:
 
 
 def attributes_of_run(run: Run) -> dict[str, object]:
-    """Return the attributes of a dataset that describe its integration."""
+    """Return the attributes of a run's dataset that describe the integration, such as seed, method, step and device."""
     integration, steps = run.integration, np.unique(run.model.timeline.steps)
     attributes = {
         "seed": run.model.seed,
@@ -142,14 +147,14 @@ def attributes_of_run(run: Run) -> dict[str, object]:
 
 
 def _start_time(scene: Scene, name: str) -> dict[str, str]:
-    """Return the comment of a variable of peaks that are recorded from a later time on."""
+    """Return the comment of a peak variable if peaks are recorded only from `record_from` on; otherwise empty."""
     if scene.record_from == 0 or "peak" not in name:
         return {}
     return {"comment": f"of the states from record_from = {scene.record_from:g} s on"}
 
 
 def _level_attributes(level: Assignment) -> dict[str, Any]:
-    """Return the attributes of `im_level` for the samples of a design."""
+    """Return the attributes of the variable `im_level` (intensity level of a sample) of one event's design."""
     striped = STRIPED if level.is_striped else "of a design in which every motion has its own level"
     name = str(level.measure.get(MEASURE, UNNAMED[1]))
     label = {"long_name": label_of_levels(name), "design": striped} | unit_attributes(level.units)
@@ -157,7 +162,10 @@ def _level_attributes(level: Assignment) -> dict[str, Any]:
 
 
 def _by_event(scene: Scene, columns: dict[str, Column]) -> dict[str, Column]:
-    """Return the columns of a sequence: all have the dimension `event`, except labels and inputs of a sample."""
+    """Return the columns of an EventSequence with the added dimension `event`.
+
+    The sample and structure numbers and the drawn parameters do not depend on the event and stay without it.
+    """
     fixed = {"sample", "structure", *scene.scatter}
     return {
         name: column if name in fixed else replace(column, dims=("event", *column.dims))
@@ -166,18 +174,18 @@ def _by_event(scene: Scene, columns: dict[str, Column]) -> dict[str, Column]:
 
 
 def lengths(model: Model, column: Column) -> tuple[int, ...]:
-    """Return the length of each of a column's dimensions besides `sample`."""
+    """Return the lengths of a column's dimensions in addition to `sample`."""
     events = len(model.scene.excitation.event_names)
     return tuple(events if dim == "event" else model.plan.dofs for dim in column.dims)
 
 
 def fill_inputs(known: Ensemble | Inputs, rows: Arrays, map_function: MapFunction = map) -> None:
-    """Write the values that are known before samples are integrated into rows, by name.
+    """Write the inputs of samples, which are known before the integration, to arrays of the dataset.
 
     Args:
-        known: The samples.
-        rows: The rows.
-        map_function: A map over the variables, which may be parallel.
+        known: The samples with their structures, motions and drawn parameters.
+        rows: Arrays by variable name, shape [sample, ...]; they are changed in place.
+        map_function: A function such as `map` that is called over the variables and may run in parallel.
     """
 
     def fill(name: str) -> None:
@@ -191,19 +199,24 @@ def fill_inputs(known: Ensemble | Inputs, rows: Arrays, map_function: MapFunctio
 
 
 def scattered_inputs(scene: Scene) -> dict[str, str]:
-    """Return the scattered parameters of a scene by the names of their variables in the dataset."""
+    """Return the names of a scene's scattered parameters, by the names of their variables in the dataset."""
     return {scene.structure.input_name(name): name for name in scene.scatter}
 
 
 def fill_outcomes(run: Ensemble, rows: Arrays) -> None:
-    """Write the values that follow from a block's outputs into rows, by name."""
+    """Compute the integration steps [s] and drift ratios [1] of a block's samples and write them to rows.
+
+    Args:
+        run: Samples of the block.
+        rows: Arrays by variable name, shape [sample, ...]; they are changed in place.
+    """
     if "integration_step" in rows:
         rows["integration_step"][...] = run.steps
     if "peak_storey_drift_ratio" not in rows:
         return
     drift, ratio = rows["peak_storey_drift"], rows["peak_storey_drift_ratio"]
     height = run.storey_heights
-    # Inner loops over a few storeys are slow, so all samples of a structure form one row.
+    # Inner loops over a few storeys are slow, so all samples of a structure form one row of these arrays.
     shape = len(run.structures), -1
     samples_per_structure = len(drift) // len(run.structures)
     wide = np.tile(height.astype(ratio.dtype), (1, samples_per_structure))
@@ -211,24 +224,24 @@ def fill_outcomes(run: Ensemble, rows: Arrays) -> None:
 
 
 def _spread(values: np.ndarray, rows: np.ndarray) -> None:
-    """Write each structure's values into the rows of all its samples, which are contiguous."""
+    """Repeat each structure's values, shape [structure, ...], in all rows of its samples, which follow one another."""
     samples_per_structure = len(rows) // len(values)
     by_structure = rows.reshape(len(values), samples_per_structure, -1)
     by_structure[:, 0] = values.reshape(len(values), -1)
     done = 1
-    while done < samples_per_structure:  # copies of twice as much each time: inner loops over a few storeys are slow
+    while done < samples_per_structure:  # copy twice as much each time: inner loops over a few storeys are slow
         more = min(done, samples_per_structure - done)
         by_structure[:, done : done + more] = by_structure[:, :more]
         done += more
 
 
 def labelled(model: Model, columns: dict[str, Column], rows: Arrays) -> Template:
-    """Return the template of a run's dataset.
+    """Return the template of a run's dataset: its variables with attributes, but without samples.
 
     Args:
-        model: How it is integrated.
-        columns: Its variables with one value for each sample.
-        rows: Their values, sample first, of no samples.
+        model: The model that is integrated.
+        columns: Variables with one value for each sample, by name.
+        rows: Empty arrays of these variables, shape [0, ...].
     """
     scene = model.scene
     variables = {
@@ -246,11 +259,11 @@ def labelled(model: Model, columns: dict[str, Column], rows: Arrays) -> Template
 
 
 def filled(template: Template, rows: Mapping[str, Any]) -> xr.Dataset:
-    """Return the dataset of samples.
+    """Return the dataset of a run from its template and the values of its samples.
 
     Args:
-        template: The template of the dataset.
-        rows: Values of the samples by name, sample first, as arrays or variables.
+        template: Template of the dataset, from `labelled`.
+        rows: Values by variable name, shape [sample, ...], as arrays or variables.
     """
     variables: dict[Any, xr.Variable] = dict(template.variables)
     for name, values in rows.items():
@@ -261,7 +274,7 @@ def filled(template: Template, rows: Mapping[str, Any]) -> xr.Dataset:
 
 
 def _numbered(scene: Scene) -> dict[str, tuple]:
-    """Return the coordinates along the dimensions besides `sample`."""
+    """Return the coordinates along dimensions other than `sample`, such as storey, floor and event, by name."""
     coordinates, excitation = scene.structure.numbered(scene.recorders), scene.excitation
     if len(excitation.event_names) > 1:
         names = np.array(excitation.event_names)
@@ -279,7 +292,7 @@ def _numbered(scene: Scene) -> dict[str, tuple]:
 
 
 def _motion_table(scene: Scene) -> dict[str, tuple]:
-    """Return the variables along `motion`."""
+    """Return the variables along the dimension `motion` (name, step, peak ground acceleration), by variable name."""
     motions = scene.excitation.motions
     if not motions:
         return {}
@@ -297,11 +310,11 @@ def _motion_table(scene: Scene) -> dict[str, tuple]:
 
 
 def history_variables(samples: Sequence[int], time: np.ndarray, values: dict[str, np.ndarray]) -> xr.Dataset:
-    """Return whole histories along `history`, `time` and `dof` (or `storey`); NaN after a history's end.
+    """Return whole histories as a dataset along `history`, `time` and `dof` (or `storey`); NaN after a history's end.
 
     Args:
-        samples: The sample of each history.
-        time: Time of the kept states [s].
+        samples: Index of the sample of each history.
+        time: Times of the returned states [s].
         values: Histories by name, shape [history, time, dof].
     """
     variables = {}

@@ -1,4 +1,4 @@
-"""Public class with the settings of a run's results."""
+"""Public class `Outputs`: settings that decide which results a run returns and to which file it writes them."""
 
 from __future__ import annotations
 
@@ -15,21 +15,21 @@ from warpdyn.foundations.files.unfinished import STORE_SUFFIX
 
 @dataclass(frozen=True, kw_only=True)
 class Outputs:
-    """Results that a run returns, and the file that it writes.
+    """Settings that decide which results a run returns and to which file it writes them.
 
     Args:
-        statistics: Statistics that the samples are reduced to as they finish, one or a list: DamageCounts,
-            DemandMoments, DemandHistogram, LargestDemand or DamageLoss. The dataset then contains only these:
-            inputs and demands of single samples are not kept. None: keep the samples.
-        histories: Samples whose whole response histories are kept; None: no samples.
-        keep_inputs: Whether the drawn parameters of each sample are part of the dataset.
+        statistics: Statistics that the samples are reduced to after they are integrated: one object, or a list of
+            objects, of DamageCounts, DemandMoments, DemandHistogram, LargestDemand or DamageLoss. The dataset then
+            contains only these statistics, and neither inputs nor demands of single samples. None: keep the samples.
+        histories: Samples whose whole response histories are returned; None: no histories.
+        keep_inputs: Whether the dataset contains the drawn parameters of each sample.
         checked_share: Share of the samples [1] (at least 30 samples) that are run again at half the step and in
             float64 (multistep methods: by RK4), to estimate the relative error of every demand; None: no estimate.
-        sample_error: Relative error [1] required of every sample, such as 0.05; None: no estimate. Every sample is run
-            twice more: at half the step in float64, for `estimated_relative_error_of_sample`, and with its motion
-            scaled by 1.001, for the flag `sensitive`. It takes three to six times as long.
+        sample_error: Relative error [1] that no sample may exceed, such as 0.05; None: no estimate. Every sample is
+            then run twice more: at half the step in float64, for `estimated_relative_error_of_sample`, and with its
+            motion scaled by 1.001, for the flag `sensitive`. The run takes three to six times as long.
         path: NetCDF file (run.nc) or Zarr store (run.zarr) to write to; None: return the dataset in memory.
-        overwrite: Whether a run of another scene, seed or arguments at `path` is replaced.
+        overwrite: Whether to replace an existing result at `path` that has another scene, seed or other arguments.
 
     Raises:
         ValueError: If a number is out of its range, or `statistics` is combined with an argument that needs single
@@ -72,15 +72,15 @@ class Outputs:
 
     @property
     def reduced(self) -> tuple[Statistic, ...]:
-        """The statistics as a tuple; empty if samples are kept."""
+        """The requested statistics as a tuple; empty if the run returns single samples."""
         return self.statistics or ()  # type: ignore[return-value]
 
     @property
     def is_store(self) -> bool:
-        """Whether the path is that of a Zarr store."""
+        """Whether `path` names a Zarr store (ends with ".zarr")."""
         return isinstance(self.path, str | os.PathLike) and os.fspath(self.path).endswith(STORE_SUFFIX)
 
     @property
     def identity(self) -> tuple[object, ...]:
-        """Settings that decide the bits of a run."""
+        """Settings on which the values of a run depend, as a tuple for the fingerprint of the run."""
         return self.checked_share, self.sample_error, self.histories, self.keep_inputs, *self.reduced

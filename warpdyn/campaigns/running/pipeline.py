@@ -1,4 +1,4 @@
-"""The pipeline of a run: blocks are prepared while others are integrated, event by event, and then completed."""
+"""Pipeline of a run: blocks of structures are prepared while earlier blocks are integrated."""
 
 from __future__ import annotations
 
@@ -44,29 +44,30 @@ from warpdyn.foundations.core.thread_pool import Ahead
 
 MOST_COPYING_THREADS = 8  # more threads do not copy faster
 SECONDS_OF_A_TURN = (
-    2e-4  # switch interval of Python's threads during a GPU run: a city takes 14 % less time than with 5e-3 (default)
+    2e-4  # switch interval of Python's threads in a GPU run: a city takes 14 % less time than with the default, 5e-3
 )
 
 
 @dataclass
 class Block:
-    """Some structures of a run with the state of their integration.
+    """A block: structures that are integrated together, with the state of their integration.
 
     Args:
-        parts: All samples of each event.
-        unstable: Which of them have a step beyond the stability limit, for each event.
-        findings: Findings on the stability of each event before it is run.
-        longest_period: Longest of the first periods [s].
-        rows: Rows of the dataset for the block's samples.
+        parts: For each event, the ensemble of all samples of the block.
+        unstable: For each event, which samples have a step beyond the stability limit, shape [sample].
+        findings: For each event, findings on the stability of the samples before they are integrated.
+        longest_period: Longest first period of the structures [s].
+        rows: Arrays of the dataset's variables for the samples of the block, shape [sample, ...].
         event: Index of the present event.
-        own: Rows of the samples of the present event.
-        standing: The samples of the present event that are integrated; those that failed or collapsed before are not.
-        started: The ensemble of the integrated samples.
-        found: Their outputs, sample first.
-        outputs: Outputs of all samples of the last finished event, sample last.
-        flags: Flags `unreliable` of these samples.
-        staying: Outputs that stay on the GPU to be reduced there, sample first.
-        sensitive: Result of `sensitive_samples` for them; None if it was not called, or may have changed.
+        own: Arrays of the variables for the samples of the present event, shape [sample, ...].
+        standing: Indices of the samples that are integrated in the present event: all except samples that failed
+            or collapsed in an earlier event.
+        started: Ensemble of the samples `standing`; None if there is no such sample.
+        found: Outputs of the samples `standing`, shape [sample, ...].
+        outputs: Outputs of all samples of the last finished event; the sample is the last dimension.
+        flags: Flags `unreliable` of the samples of the last finished event.
+        staying: Outputs that stay on the GPU to be reduced there, shape [sample, ...].
+        sensitive: Result of `sensitive_samples` for the integrated samples; None if it is unknown or outdated.
     """
 
     parts: list[Ensemble]
@@ -86,31 +87,32 @@ class Block:
 
     @property
     def whole(self) -> Ensemble:
-        """All samples of the present event."""
+        """Ensemble of all samples of the present event."""
         return self.parts[self.event]
 
     @property
     def samples(self) -> int:
-        """Number of the block's samples in the dataset."""
+        """Number of samples of the block in the dataset (those of the last event)."""
         return self.parts[-1].size
 
 
 class Pipeline:
-    """Launch blocks while the next ones are prepared, and complete them when their device has finished.
+    """Pipeline of a run: launches blocks of structures while the next ones are prepared, and completes finished blocks.
 
-    All threads of a CPU run kernels, so blocks follow one another. While GPUs run, some threads prepare the next blocks
-    and others fill in known values. Only the calling thread launches histories; another thread launches their
-    reductions, on a separate stream. Samples that fail or collapse in an event are not run in later events.
+    On a CPU, kernels use all threads, so blocks follow one another. During a GPU run, some threads prepare the next
+    blocks and other threads write known values. Only the calling thread launches response histories; another thread
+    launches their reductions on a separate stream. Samples that fail or collapse in an event are not integrated in
+    later events.
 
     Args:
-        run: The run.
-        findings: Collects messages on the stability of each event.
-        table: Table that takes the samples.
-        histories: Samples whose histories are kept, if there are any.
+        run: The prepared run.
+        findings: Findings on the stability of each event, which collect the warnings of the run.
+        table: Table that receives the finished samples.
+        histories: Samples whose whole histories are returned; None: no samples.
         estimates: Error estimates of each event; empty without `checked_share`.
-        preparation: Preparation of the blocks on their devices; None: the host prepares them.
-        sample_error: Relative error that is required of every sample; None: no requirement.
-        tells_cost: Whether the cost of the run is reported before the first block.
+        preparation: Preparation kernels, by which a device prepares its blocks; None: the host prepares them.
+        sample_error: Relative error [1] that is required of every sample; None: no requirement.
+        tells_cost: Whether the expected time of the run is reported before the first block.
 
     Attributes:
         outcomes: Result of `outcomes_of` for each block.
@@ -145,15 +147,19 @@ class Pipeline:
             judges = may_need_float64(run.model) or self._checks
             judging = {"peak_storey_drift"} if judges else set()
             self._arriving = {"status", "energy_balance_error", *judging}
-        # Columns of the dataset along `event`, without this dimension.
+        # Columns of the dataset with the dimension `event`, here without this dimension: one event is filled at a time.
         self.several = len(findings) > 1
         of_event = {name: column for name, column in table.columns.items() if "event" in column.dims}
         self._of_event = {name: replace(column, dims=column.dims[1:]) for name, column in of_event.items()}
 
     def begin(self, blocks: list[range], queues: list[Queue]) -> None:
-        """Begin to prepare blocks, given by their structures; block i is integrated on queue i modulo their number.
+        """Begin to prepare blocks; block i is later integrated on queue i modulo the number of queues.
 
-        Other threads prepare blocks for a GPU from now on. Blocks for a CPU are prepared by `process`.
+        Other threads prepare blocks for a GPU from this call on. Blocks for a CPU are prepared by `process`.
+
+        Args:
+            blocks: Range of structures of each block.
+            queues: Device queues.
         """
         items = [(structures, queues[number % len(queues)]) for number, structures in enumerate(blocks)]
         self._blocks, self._most = len(blocks), len(queues)
@@ -161,14 +167,14 @@ class Pipeline:
             self._upcoming: Ahead[Block] | Generator[Block] = Ahead(self._prepare, items, blocks_ahead(self.run))
         else:
             self._upcoming = self._prepared(self.preparation, items)
-            self._most = max(1, len(queues) - len(self.run.execution.devices))  # others for blocks in preparation
+            self._most = max(1, len(queues) - len(self.run.execution.devices))  # the others prepare blocks
 
     def close(self) -> None:
-        """Prepare no more blocks."""
+        """Stop the preparation of further blocks."""
         self._upcoming.close()
 
     def process(self, advance: Callable[[int], object]) -> None:
-        """Integrate all blocks that `begin` was called with.
+        """Integrate all blocks that `begin` was called with, and add their samples to the table.
 
         Args:
             advance: Called with the number of histories done since its last call.
@@ -199,9 +205,9 @@ class Pipeline:
                     self._complete(block)
 
     def _prepared(self, preparation: Preparation, items: list[tuple[range, Queue]]) -> Generator[Block]:
-        """Yield blocks that their devices have prepared; the preparation of another one is queued on each device.
+        """Yield blocks that their devices have prepared; queue the next preparation on every device before that.
 
-        Without it, a device would be idle while the host waits for the preparation on another device.
+        Without this queue, a device would be idle while the host waits for the preparation on another device.
         """
         begun = deque[PreparedEnsemble]()
         for structures, queue in items:
@@ -212,16 +218,16 @@ class Pipeline:
             yield self._settled(begun.popleft())
 
     def _settled(self, whole: PreparedEnsemble) -> Block:
-        """Return a block whose preparation on its device is queued; if that fails, the host prepares it."""
+        """Wait until the device has prepared a block, and return it; if that failed, the host prepares the block."""
         findings = [each.of_no_samples() for each in self.findings]
         if not whole.finish_preparation(findings[0]):
             return self._prepare((whole.range, whole.queue))
         return Block([whole], [np.zeros(whole.size, dtype=bool)], findings, whole.longest_period)
 
     def _prepare(self, item: tuple[range, Queue]) -> Block:
-        """Draw a block, apply the stability guard to all events, and pack the first event.
+        """Draw the structures of a block, apply the stability guard to all events, and pack the first event's inputs.
 
-        Several threads call it at the same time, so it changes no attribute of the pipeline.
+        Several threads call this method at the same time, so it does not change any attribute of the pipeline.
         """
         structures, queue = item
         unstable, findings = [], [each.of_no_samples() for each in self.findings]
@@ -233,7 +239,7 @@ class Pipeline:
         return Block([ensemble for ensemble, _ in parts], unstable, findings, float(parts[0][1].period.max()))
 
     def _next(self, upcoming: Iterator[Block], map_function: MapFunction) -> Block:
-        """Start the first event of the next block."""
+        """Take the next prepared block, start its first event, and return it."""
         began = time.perf_counter()
         block = next(upcoming)
         for findings, found in zip(self.findings, block.findings, strict=True):
@@ -248,7 +254,7 @@ class Pipeline:
         return block
 
     def _start(self, block: Block, map_function: MapFunction) -> None:
-        """Start the present event of a block, from the final states of the previous event."""
+        """Start the integration of the present event of a block, from the final states of the previous event."""
         began = time.perf_counter()
         whole, block.standing = block.whole, np.arange(block.whole.size)
         if self.several:
@@ -272,7 +278,7 @@ class Pipeline:
         self.seconds_integrating += time.perf_counter() - began
 
     def _mark_fallen(self, block: Block, status: np.ndarray) -> None:
-        """Give samples that are not run their earlier status, and NaN for all other outputs."""
+        """Give samples that are not integrated in this event their earlier status; set their other outputs to NaN."""
         fallen = status != OK
         for name in block.whole.model.shapes:
             values = block.own[name]
@@ -281,7 +287,7 @@ class Pipeline:
         self.advance(int(np.count_nonzero(fallen)))
 
     def _finish(self, block: Block, map_function: MapFunction) -> None:
-        """Wait for an event of a block and complete its rows; blocks finish in the order in which they started."""
+        """Wait for the present event of a block, rerun failed samples and complete all values, in the launch order."""
         whole, unstable, event = block.whole, block.unstable[block.event], block.event
         outputs = {name: block.own[name].T for name in whole.model.shapes}
         stands = np.zeros(whole.size, dtype=bool)
@@ -323,7 +329,13 @@ class Pipeline:
         block.outputs = outputs
 
     def _flag(self, block: Block, found: Arrays, unstable: np.ndarray) -> None:
-        """Flag the samples of the present event of a block that are unreliable, and count them."""
+        """Flag the unreliable samples of the present event of a block, and count them in the findings.
+
+        Args:
+            block: The block.
+            found: Outputs of the integrated samples; the sample is the last dimension.
+            unstable: Which samples have a step beyond the stability limit, shape [sample].
+        """
         flags = np.full(block.whole.size, NOT_CHECKED, dtype=np.int8)
         is_stable = ~unstable[block.standing]
         if self._checks:
@@ -337,7 +349,7 @@ class Pipeline:
         else:
             is_good = is_stable & (found["status"] < DIVERGED)
             if is_good.all() and is_good.size == flags.size:
-                flags[:] = 0  # an index of each sample takes ten times as long
+                flags[:] = 0  # fast path: indexing by sample takes ten times as long
             else:
                 flags[block.standing[is_good]] = 0
         block.flags = flags
@@ -345,7 +357,7 @@ class Pipeline:
             block.own[UNRELIABLE][:] = flags
 
     def _bring_back(self, block: Block, found: Arrays) -> bool:
-        """Copy all outputs that stayed on a GPU to the host if some may change; return whether they were copied."""
+        """Copy outputs that stayed on a GPU to the host if samples may be rerun; return whether they were copied."""
         queue = block.whole.queue
         if self._arriving is None or not isinstance(queue, CudaQueue):
             return False
@@ -363,7 +375,7 @@ class Pipeline:
         return True
 
     def _complete(self, block: Block) -> None:
-        """Write the rows of a block whose events are all finished."""
+        """Add the samples of a block, whose events are all finished, to the table."""
         if self.several:
             fill_inputs(block.whole, {name: rows for name, rows in block.rows.items() if name not in self._of_event})
         self.table.add(block.rows, block.whole, block.staying)
@@ -371,7 +383,7 @@ class Pipeline:
 
 @contextmanager
 def _quick_turns() -> Iterator[None]:
-    """Let threads take turns more often, so that the thread which launches kernels waits less for the others."""
+    """Switch between Python threads every SECONDS_OF_A_TURN, so that the launching thread waits less."""
     before = sys.getswitchinterval()
     sys.setswitchinterval(SECONDS_OF_A_TURN)
     try:

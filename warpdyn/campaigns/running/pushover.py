@@ -1,4 +1,4 @@
-"""Quasi-static response of a building's storeys: hysteresis and pushover, by the kernels' storey laws."""
+"""Quasi-static analysis of a shear building: storey hysteresis and pushover, by the storey laws of the kernels."""
 
 from __future__ import annotations
 
@@ -21,15 +21,15 @@ from warpdyn.model.structures.lateral_loads import floor_loads, storey_shears
 from warpdyn.model.structures.physics import effective_stiffness, storey_weight_over_height
 from warpdyn.model.structures.shear_building import ShearBuilding
 
-TOLERANCE = 1e-9  # largest unbalanced storey force, over the base shear
-ITERATIONS = 50
-SHORTENINGS = 40  # halvings of one correction
+TOLERANCE = 1e-9  # largest unbalanced storey force in equilibrium, as a share of the base shear
+ITERATIONS = 50  # most corrections in the search for an equilibrium
+SHORTENINGS = 40  # most halvings of one correction
 SHORTEST_STEP = 2.0**-10  # as a share of a requested step
-LEAST_STIFFNESS = 1e-6  # over the initial stiffness; replaces smaller tangents in a correction
+LEAST_STIFFNESS = 1e-6  # as a share of the initial stiffness; a tangent stiffness below it is replaced in a correction
 
 
 def _spring_and_coefficients(building: ShearBuilding) -> tuple[StoreyRules, np.ndarray]:
-    """Return the device functions of the building's storeys and their coefficients [coefficient, storey]."""
+    """Return the device functions of the building's storey law, and its coefficients, shape [coefficient, storey]."""
     parameters = {name: np.atleast_1d(value)[None] for name, value in building.parameters.items()}
     law = building.storey_law
     coefficients = np.concatenate(np.broadcast_arrays(*law.coefficients(parameters)))
@@ -37,7 +37,7 @@ def _spring_and_coefficients(building: ShearBuilding) -> tuple[StoreyRules, np.n
 
 
 def _warn_of_implausible_path(drift_ratio: np.ndarray) -> None:
-    """Warn if the given drifts seem to be in another unit than m."""
+    """Warn if drift ratios [1] are so large that the drifts were probably given in another unit than m."""
     findings = PlausibilityFindings()
     findings.add("pushed_drift_ratio", np.abs(drift_ratio).max())
     findings.warn()
@@ -45,11 +45,11 @@ def _warn_of_implausible_path(drift_ratio: np.ndarray) -> None:
 
 @suggests_names
 def storey_hysteresis(building: ShearBuilding, drift: ArrayLike) -> xr.Dataset:
-    """Return the hysteresis of a building's storeys: their forces under given quasi-static drifts, in double precision.
+    """Return the forces of a building's storeys under prescribed quasi-static drifts (hysteresis), in float64.
 
     Args:
         building: The building.
-        drift: Storey drifts [m], starting from 0, shape [step], the same for all storeys, or [step, storey].
+        drift: Storey drifts [m], starting from 0. Shape [step]: all storeys have the same drift; or [step, storey].
 
     Returns:
         `storey_drift` [m], `storey_force` [N] and `dissipated_energy` [J], all of shape [step, storey]. The dissipated
@@ -91,10 +91,11 @@ def pushover(
     """Run a pushover analysis: push a building quasi-statically by lateral loads of one pattern.
 
     The roof displacement is prescribed and the base shear follows, so that a building can be pushed beyond its peak
-    strength. Within a step each storey drifts in one direction; a step is divided where a storey begins to soften. Then
-    one storey softens and the others unload: the step ends in the equilibrium that a descent of the work reaches from
-    an elastic step, or from a step like the last one. Viscous damping has no effect. With a gravity load (P-Delta) the
-    lateral load is the resistance of the springs less the P-Delta force, and may be negative.
+    strength. Within a step the drift of each storey changes in one direction only, and a step is divided at the point
+    at which a storey begins to soften (lose strength). From then on one storey softens and the others unload. An
+    equilibrium is a minimum of the work; it is searched from elastic drift increments, or from the increments of the
+    last step. Viscous damping has no effect. With a gravity load (P-Delta) the lateral load is the resistance of the
+    springs minus the P-Delta force, and may be negative.
 
     Args:
         building: The building.
@@ -104,11 +105,12 @@ def pushover(
             "uniform" (floor mass), or floor loads of any scale [1], shape [floor].
 
     Returns:
-        `roof_displacement` [m] and `base_shear` [N], the sum of the lateral loads, shape [step]; `storey_drift` [m],
-        `storey_force` [N] of the springs and `dissipated_energy` [J] as from `storey_hysteresis`, shape [step, storey];
-        `floor_load` [1], with sum 1. The attribute `building` is the building as JSON. If no equilibrium is found in a
-        step, the curve ends at the last equilibrium, whose roof displacement lies within that step; a warning and the
-        attribute `stopped_because` report the place and the reason.
+        `roof_displacement` [m] and `base_shear` [N] (sum of the lateral loads), shape [step]; `storey_drift` [m],
+        `storey_force` [N] of the springs and `dissipated_energy` [J], defined as in `storey_hysteresis`, shape [step,
+        storey]; `floor_load` [1], the share of each floor in the base shear, shape [floor]. The attribute `building` is
+        the building as JSON. If no equilibrium is found in a step, the curve ends at the last equilibrium, whose roof
+        displacement lies within that step. Then a warning and the attribute `stopped_because` report the place and the
+        reason.
 
     Raises:
         ValueError: If a displacement is not finite, or the pattern is unknown, negative or without a load on the roof.
@@ -163,7 +165,7 @@ def pushover(
 
 
 class _PushedChain:
-    """A chain of storeys in equilibrium under lateral loads, which is moved to the next roof displacement."""
+    """Storeys of a building in equilibrium under lateral loads; `push` moves them to the next roof displacement."""
 
     def __init__(self, building: ShearBuilding, shears: np.ndarray) -> None:
         storeys = building.storeys
@@ -191,7 +193,7 @@ class _PushedChain:
         self.largest_shear, self.base_shear, self.softens, self.last_moves = 0.0, 0.0, False, np.zeros(storeys)
 
     def push(self, displacement: float) -> float:
-        """Move the roof towards a displacement, in one or several steps; return the share of the way it moved."""
+        """Move the roof towards `displacement` [m] in one or several steps; return the share reached [1]."""
         begin, done, share = float(self.drift.sum()), 0.0, 1.0
         while done < 1:
             if self._step(begin + (done + share) * (displacement - begin), share > SHORTEST_STEP):
@@ -204,7 +206,7 @@ class _PushedChain:
         return done
 
     def reason_to_stop(self) -> str:
-        """Return why the last push found no further equilibrium."""
+        """Return, as text for a message, why the last call of `push` found no further equilibrium."""
         softest = int(np.argmax(np.abs(self.last_moves))) + 1
         return (
             f"no equilibrium was found beyond a roof displacement of {self.drift.sum():.6g} m (base shear "
@@ -215,10 +217,11 @@ class _PushedChain:
         )
 
     def _step(self, displacement: float, stops_at_peak: bool) -> bool:
-        """Move the roof to a displacement in one step; return whether it was reached.
+        """Move the roof to `displacement` [m] in one step; return whether an equilibrium was found there.
 
-        It is not reached if there is no equilibrium, or if the step would pass the peak strength of a storey: the step
-        must stop there, because the other storeys unload from that point while this storey softens.
+        False if there is no equilibrium, or if `stops_at_peak` and the step would pass the peak strength of a storey.
+        The caller then uses a shorter step that ends at the peak, because from that point on the other storeys unload
+        while this storey softens.
         """
         move = displacement - self.drift.sum()
         scale = max(self.largest_shear, abs(move) * self.roof_stiffness)
@@ -236,8 +239,8 @@ class _PushedChain:
             softens = int(np.count_nonzero(self._softening()))
             if stops_at_peak and softens and not self.softens:
                 return False
-            # If several storeys reach their peak together, rounding may put some beyond it without a fall of the base
-            # shear.
+            # If several storeys reach their peak strength together, rounding may move some of them beyond their peak
+            # without a decrease of the base shear.
             falls = bool((self.base_shear - base_shear) * np.sign(move) > TOLERANCE * scale)
             if softens > 1 and falls and not one_softens:
                 continue
@@ -249,9 +252,12 @@ class _PushedChain:
         return False
 
     def _balance(self, scale: float) -> float | None:
-        """Move the trial drifts to an equilibrium; return its base shear, or None if there is no equilibrium."""
+        """Move the trial drifts to an equilibrium; return its base shear [N], or None if no equilibrium is found.
+
+        `scale` is the force [N] to which the largest unbalanced storey force is compared.
+        """
         for _ in range(ITERATIONS):
-            # Each storey's estimate of the base shear; in equilibrium they agree.
+            # Each storey gives one estimate of the base shear; in equilibrium these estimates agree.
             shear = self._resistance() / self.shears
             base_shear, correction = self._correction(shear, (self.tangent - self.leaning) / self.shears)
             if np.abs(self._resistance() - base_shear * self.shears).max() <= TOLERANCE * scale:
@@ -260,13 +266,14 @@ class _PushedChain:
         return None
 
     def _softening(self) -> np.ndarray:
-        """Return which storeys have moved in this step and soften, shape [storey]."""
+        """Return which storeys moved in this step and have a negative tangent stiffness, shape [storey]."""
         return (self.tangent - self.leaning < -LEAST_STIFFNESS * self.stiffness) & (self.trial != self.drift)
 
     def _let_one_soften(self) -> None:
-        """Add the moves of all storeys that soften to the weakest of them, and keep the others at their drifts.
+        """Give the increments of all softening storeys to the weakest of these storeys, and reset the other ones.
 
-        An equilibrium in which two storeys soften is unstable: the smallest difference makes one of them unload.
+        An equilibrium in which two storeys soften is unstable: the smallest difference makes one of them unload. The
+        other softening storeys return to their drifts at the start of the step.
         """
         softening = self._softening()
         if not softening.any():
@@ -278,15 +285,20 @@ class _PushedChain:
         self.launch.launch()
 
     def _resistance(self) -> np.ndarray:
-        """Return the storeys' forces less the P-Delta forces [N]."""
+        """Return the trial forces of the storeys minus their P-Delta forces [N], shape [storey]."""
         return self.trial_force - self.leaning * self.trial
 
     def _correction(self, shear: np.ndarray, slope: np.ndarray) -> tuple[float, np.ndarray]:
-        """Return the base shear and the corrections of the drifts, of sum 0, by Newton's rule.
+        """Return the base shear [N] and the corrections of the storey drifts [m] (with sum 0) by Newton's method.
 
-        An equilibrium is a minimum of the work, sum of integral F / S d(drift), at the given sum of drifts. If the
-        tangents do not give a descent of the work, use the tangent of the weakest storey with the initial stiffnesses
-        of the other softening storeys or, if that fails too, all initial stiffnesses.
+        An equilibrium is a minimum of the work, sum over storeys of integral F / S d(drift), for the given sum of
+        drifts (F: storey force, S: storey shear over base shear). If the tangents do not give a descent of the work,
+        use the tangent of the weakest softening storey and the initial stiffnesses of the other softening storeys. If
+        this is not a descent either, use the initial stiffness of every storey.
+
+        Args:
+            shear: Each storey's estimate of the base shear, F / S [N], shape [storey].
+            slope: Derivatives of these estimates with respect to the drifts [N/m], shape [storey].
         """
         initial = self.stiffness / self.shears
         least = LEAST_STIFFNESS * initial
@@ -303,12 +315,12 @@ class _PushedChain:
                 break
         base_shear = float((shear * flexibility).sum() / flexibility.sum())
         correction = (base_shear - shear) * flexibility
-        # The rounding error of the sum is given to the softest storey, whose force it changes least.
+        # Add the rounding error of the sum to the storey with the largest flexibility, whose force changes least.
         correction[np.abs(flexibility).argmax()] -= correction.sum()
         return base_shear, correction
 
     def _descend(self, base_shear: float, correction: np.ndarray) -> None:
-        """Move along the correction, but less far if the work would rise again."""
+        """Change the trial drifts by `correction` [m], halved until the work no longer rises at its end."""
         start, share = self.trial.copy(), 1.0
         downhill = self._slope(base_shear, correction)
         for _ in range(SHORTENINGS):
@@ -319,7 +331,7 @@ class _PushedChain:
             share *= 0.5
 
     def _slope(self, base_shear: float, correction: np.ndarray) -> float:
-        """Return the derivative of the work along a correction; inf or NaN for a trial that is much too long."""
+        """Return the derivative of the work along `correction`; inf or NaN if the correction is much too large."""
         with np.errstate(over="ignore", invalid="ignore"):  # such a trial is shortened
             return float((self._resistance() / self.shears - base_shear) @ correction)
 

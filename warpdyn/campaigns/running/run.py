@@ -1,6 +1,8 @@
-"""The run of a scene: groups of structures, divided into regions, which are delivered to a sink.
+"""The run of a scene: groups of structures are divided into regions, whose results are delivered to a sink.
 
-A scene of one structure is one group; a portfolio has a group for each kernel and default step.
+A group contains the structures that share a kernel and a default step: a scene of one structure is one group, and a
+portfolio has a group for each kernel and default step. A region is a contiguous range of the structures of a group,
+which one process integrates. A sink receives the results of regions: memory, a file, a Zarr store, or statistics.
 """
 
 from __future__ import annotations
@@ -40,12 +42,12 @@ from warpdyn.model.scene.scene import Scene
 
 
 class Run:
-    """The run of a scene; its arguments are checked when it is made.
+    """The run of a scene, for one call of `simulate`; the constructor checks the arguments.
 
     Args:
         scene: The scene.
         structures: Number of structures to draw; 1 for a portfolio.
-        integration: How they are integrated.
+        integration: How the structures are integrated (method, step, number type).
         execution: Devices, threads, memory and cluster.
         outputs: Results, and the file that they are written to.
         seed: Seed of every random draw.
@@ -80,7 +82,7 @@ class Run:
         self.jobs = [self._job(number, group) for number, group in enumerate(self.groups)]
 
     def result(self) -> xr.Dataset:
-        """Integrate all samples, and return the dataset."""
+        """Integrate all samples; return the dataset of the run (samples or statistics) with its attributes."""
         outputs = self.outputs
         with ExitStack() as stack:
             unfinished = reduction = checkpoint = None
@@ -117,11 +119,11 @@ class Run:
             return sink.finish(parts, rest, self.portfolio)
 
     def take(self, sink: Sink, part: Part, place: int, report: Report) -> None:
-        """Deliver a region to the sink; tests stop runs here."""
+        """Deliver the report of region number `place` of the group `part` to the sink; tests stop runs here."""
         sink.take(part, place, report)
 
     def _job(self, number: int, group: Group | None) -> Job:
-        """Return the job of a group; None is the group of a scene of one structure."""
+        """Return the job of a group (all that a process needs to run it); None: a scene of one structure."""
         outputs = self.outputs
         chosen = {} if group is None or group.longest_step is None else {"longest_step": group.longest_step}
         where = self.execution.device, self.execution.threads, self.execution.memory
@@ -145,7 +147,7 @@ class Run:
             return self.workers.ask(lay_out_run, job, *self.workers.layout)
 
     def _part(self, group: Group | None, job: Job, layout: Layout, checkpoint: Checkpoint | None) -> Part:
-        """Return a group with its regions; with a target error, a pilot first chooses settings that are not given."""
+        """Return a group with its regions; with a target error, a pilot run first chooses the settings not given."""
         settled: dict[str, Any] = {} if checkpoint is None else checkpoint.settled.get(str(job.group), {})
         if job.integration.target_error is not None:
             with _named(group):
@@ -174,7 +176,7 @@ class Run:
 
     @property
     def _is_store(self) -> bool:
-        """Whether processes write samples to the chunks of a Zarr store."""
+        """Whether the processes that integrate regions write their samples directly to chunks of a Zarr store."""
         return self.outputs.is_store and self.portfolio is None and not self.outputs.reduced
 
     def _sink(self, reduction: Reduction | None, checkpoint: Checkpoint | None) -> Sink:
@@ -189,7 +191,7 @@ class Run:
         return Store(checkpoint) if self._is_store else Files(checkpoint)
 
     def _report_finished(self, parts: list[Part], path: Path) -> None:
-        """Report how many structures an earlier call has finished."""
+        """Report how many structures an earlier, interrupted call has finished in the checkpoint at `path`."""
         done = sum(len(part.regions[place]) for part in parts for place in part.reports)
         if done:
             tell(
@@ -198,7 +200,7 @@ class Run:
             )
 
     def _check_limits(self, parts: list[Part]) -> None:
-        """With on_unstable="raise", raise an error if a step of any sample is beyond its limit."""
+        """With on_unstable="raise", raise an error if the step of any sample is beyond its stability limit."""
         if self.integration.on_unstable != "raise":
             return
         for part in parts:
@@ -209,7 +211,7 @@ class Run:
                     merged(empty, states).refuse(any_step=True)
 
     def _run(self, parts: list[Part], sink: Sink) -> None:
-        """Run the regions that are not finished."""
+        """Integrate all regions that have no report yet, and deliver each report to the sink."""
         with counted_histories(sum(part.histories for part in parts)) as progress:
             for part in parts:
                 done = sum(len(part.regions[place]) for place in part.reports)
@@ -223,7 +225,10 @@ class Run:
                 self.take(sink, part, place, report)
 
     def _rest(self, part: Part) -> xr.Dataset:
-        """Issue the warnings of a group's regions; return its variables and attributes in addition to its samples."""
+        """Issue the warnings of a group's regions; return the variables and attributes of the group's dataset.
+
+        The returned dataset contains everything except the samples: whole histories, estimated errors and attributes.
+        """
         job, layout, outputs = part.job, part.layout, self.outputs
         reports = [part.reports[place] for place in range(len(part.regions))]
         for text in dict.fromkeys(text for report in reports for text in report.messages):
@@ -244,11 +249,11 @@ class Run:
 def divided(
     scene: Scene, structures: int, integration: Integration, execution: Execution, outputs: Outputs, seed: int
 ) -> list[Group]:
-    """Return the groups of a portfolio's scene, after all checks that do not concern one group; arguments: see `Run`.
+    """Return the groups of a portfolio: buildings with the same number of storeys, law and damping run together.
 
-    Buildings with the same number of storeys, law and damping run together, whatever their archetypes. The step of a
-    building is the step of its archetype in a separate run, rounded down to 10 ms divided by a power of 2, so that its
-    results do not depend on the rest of the portfolio.
+    All checks that concern the whole portfolio come first. Arguments: see `Run`. A group may contain buildings of
+    several archetypes. The step of a building is the default step of its archetype in a separate run, rounded down to
+    10 ms divided by a power of 2, so that the results of a building do not depend on the rest of the portfolio.
     """
     portfolio, excitation = portfolio_of(scene), scene.excitation
     if structures != 1:
@@ -271,12 +276,12 @@ def divided(
 
 
 def _named(group: Group | None) -> AbstractContextManager[object]:
-    """Return a context in which messages name a group of a portfolio."""
+    """Return a context in which messages contain the name of a portfolio's group; None: messages are unchanged."""
     return nullcontext() if group is None else group.named_in_messages()
 
 
 def _estimates(part: Part, reports: list[Report], share: float) -> xr.Dataset:
-    """Return the error estimates of all regions."""
+    """Return the estimated relative errors [1] of a group's demands, merged from the reports of all its regions."""
     found = []
     for event, count in enumerate(part.layout.samples_by_event):
         estimate = ErrorEstimate(count, share, part.job.seed, 1, np.arange(0))

@@ -1,4 +1,4 @@
-"""Parts of a run as ordinary runs: one event, one archetype, some storeys."""
+"""Functions that return a part of a run as an ordinary run: one event, one archetype, or some storeys."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ from warpdyn.foundations.core.output_variables import (
 )
 from warpdyn.foundations.core.units import unit_attributes
 
-OF_THE_LARGEST = ("time_of_peak_drift", "storey_of_peak_drift")  # belong to the largest drift ratio of all storeys
+OF_THE_LARGEST = ("time_of_peak_drift", "storey_of_peak_drift")  # belong to the largest drift ratio over all storeys
 OF_COLLAPSE = "storey_of_collapse"
-# Attributes of `im_level` that an EventSequence has for each event, with the value that replaces a missing one.
+# Attributes of `im_level` that differ by event in an EventSequence, with the value that replaces a missing attribute.
 OF_EVENTS: dict[str, str | float] = {
     "long_name": "",
     "units": "1",
@@ -35,20 +35,21 @@ OF_EVENTS: dict[str, str | float] = {
 
 
 def select_event(run: xr.Dataset, name: str) -> xr.Dataset:
-    """Return one event of a run of an EventSequence as an ordinary run, with each history of the event once.
+    """Return one event of a run of an EventSequence as an ordinary run, in which each history of the event occurs once.
 
-    A history of an event belongs to all samples of later events that follow from it; here the first of these samples
-    represents it. In `run.sel(event=name)` it is in all of them, sample by sample, like the later events.
+    In a run of a sequence, several samples may share one history of an early event and differ only in later events.
+    `select_event` returns the first of these samples only. `run.sel(event=name)` returns all samples, and so repeats
+    these histories.
 
-    In an event after the first one, samples of the same structure, motion and level differ by the earlier events:
-    `earlier_history(sample)` is the number of the structure's history in these events.
+    In an event after the first one, samples with the same structure, motion and level differ by the earlier events:
+    `earlier_history(sample)` is the number of the structure's history in these earlier events.
 
     Args:
         run: A run, or some of its samples.
-        name: The event.
+        name: Name of the event.
 
     Raises:
-        ValueError: If the run is not of an EventSequence, or has no such event.
+        ValueError: If the run is not the run of an EventSequence, or has no event of this name.
         TypeError: If `run` is not a Dataset.
 
     Example:
@@ -87,14 +88,14 @@ def select_event(run: xr.Dataset, name: str) -> xr.Dataset:
 
 
 def select_archetype(run: xr.Dataset, name: str) -> xr.Dataset:
-    """Return the samples of one archetype, with its number of storeys, as an ordinary run.
+    """Return the samples of one archetype of a portfolio as an ordinary run with the storeys of this archetype.
 
     Args:
         run: The run of a portfolio, or some of its samples.
-        name: The archetype.
+        name: Name of the archetype.
 
     Raises:
-        ValueError: If there is no such archetype.
+        ValueError: If the run has no archetype of this name, or is not the run of a portfolio.
         TypeError: If `run` is not a Dataset.
 
     Example:
@@ -115,15 +116,16 @@ def select_archetype(run: xr.Dataset, name: str) -> xr.Dataset:
 
 
 def select_storeys(run: xr.Dataset, first: int, last: int) -> xr.Dataset:
-    """Return a run with some of its storeys and floors, which are counted from 1 again.
+    """Return a run with some of its storeys and floors only; they are numbered from 1 again.
 
     `fragility`, `damage_shares` and similar functions use only the storeys of the building itself, without isolators
-    and tuned mass dampers. Select other storeys, such as the isolators (storey 1), by this function. Variables of the
-    largest drift ratio of all storeys are removed; the status, with collapse, and variables of the whole building stay.
-    `storey_of_collapse` is -1 if the storey that collapsed is not selected.
+    and tuned mass dampers. To use another storey, such as the isolators (storey 1), select it by this function. The
+    variables of the largest drift ratio of all storeys are removed. The status, which includes collapse, and other
+    variables of the whole building stay. `storey_of_collapse` is -1 if the storey that collapsed is not selected.
 
     Args:
-        run: A run, or a result of `select_archetype`; a portfolio only if all its buildings are on isolators.
+        run: A run, or a result of `select_archetype`. A portfolio is allowed only if all its buildings are on
+            isolators.
         first, last: Lowest and highest storey, counted from 1.
 
     Raises:
@@ -139,7 +141,10 @@ def select_storeys(run: xr.Dataset, first: int, last: int) -> xr.Dataset:
     storeys = run.sizes.get("storey", 0)
     first, last = whole_number("first", first, 1), whole_number("last", last, 1)
     if not first <= last <= storeys:
-        raise ValueError(f"first={first} to last={last} are not in the run, which has storeys 1 to {storeys}")
+        raise ValueError(
+            f"first={first} to last={last} are not in the run, which has storeys 1 to {storeys}: "
+            "give first= and last= in this range"
+        )
     dims = [dim for dim in ("storey", "floor") if dim in run.dims]
     part = run.isel({dim: slice(first - 1, last) for dim in dims})
     for dim in dims:
@@ -153,12 +158,13 @@ def select_storeys(run: xr.Dataset, first: int, last: int) -> xr.Dataset:
 
 
 def without_added_storeys(run: xr.Dataset) -> xr.Dataset:
-    """Return a run without storeys of isolators or of a tuned mass damper, and the floors above them, if it has any.
+    """Return a run without the storeys (and their floors) of isolators and tuned mass dampers, if it has any.
 
-    Storeys keep their numbers. A run that has only such storeys, because they were selected, keeps them.
+    The numbers of the other storeys do not change. A run that has only such storeys, because they were selected, is
+    returned unchanged.
 
     Args:
-        run: The run of one structure, or of one archetype.
+        run: The run of one structure, or of one archetype of a portfolio.
     """
     if STOREY_KIND not in run.coords or run[STOREY_KIND].dims != ("storey",):
         return run
@@ -169,11 +175,13 @@ def without_added_storeys(run: xr.Dataset) -> xr.Dataset:
 
 
 def of_building(run: xr.Dataset, demand: str) -> xr.DataArray:
-    """Return a demand without storeys of isolators or of a tuned mass damper, also of a run of several archetypes.
+    """Return a demand of a run without the storeys of isolators and of tuned mass dampers.
+
+    In a run of several archetypes, which may differ in these storeys, the demand is NaN at them instead.
 
     Args:
         run: The run.
-        demand: The demand. In a run of several archetypes, its values at such storeys are NaN.
+        demand: Name of the demand, such as "peak_storey_drift_ratio".
     """
     if STOREY_KIND in run.coords or KIND_OF_ARCHETYPES not in run.coords:
         return without_added_storeys(run)[demand]
@@ -186,15 +194,15 @@ def of_building(run: xr.Dataset, demand: str) -> xr.DataArray:
 
 
 def archetypes_of(function: str, run: xr.Dataset, of_one: str) -> np.ndarray:
-    """Return the names of a run's archetypes.
+    """Return the names of the archetypes in the run of a portfolio, shape [archetype].
 
     Args:
-        function: Name of the user's function, for messages.
+        function: Name of the public function that was called, for error messages.
         run: The run of a portfolio.
-        of_one: Advice for the run of one structure, for the message.
+        of_one: Advice for a user who gives the run of one structure, for the error message.
 
     Raises:
-        ValueError: If the run is not the run of a portfolio.
+        ValueError: If the run is not the run of a whole portfolio.
     """
     check_portfolio(function, run, of_one)
     needed = ("archetype", "archetype_index", "building", "status")
@@ -208,7 +216,7 @@ def archetypes_of(function: str, run: xr.Dataset, of_one: str) -> np.ndarray:
 
 
 def check_portfolio(function: str, run: xr.Dataset, of_one: str) -> None:
-    """Raise a ValueError if a run is of one structure; arguments as in `archetypes_of`."""
+    """Raise a ValueError if a run is the run of one structure, not of a portfolio; arguments: see `archetypes_of`."""
     scene = str(run.attrs.get("scene", ""))[:200]  # the rest may list a million buildings
     if scene and '"archetypes"' not in scene and "archetype" not in run.variables:
         raise ValueError(

@@ -34,7 +34,10 @@ OBJECTS = {"integration": Integration, "execution": Execution, "outputs": Output
 
 
 def _refuses_both_forms(function: Callable[P, R]) -> Callable[P, R]:
-    """Decorate `simulate`: settings are given as an object or by single arguments, also if these are the defaults."""
+    """Decorate `simulate` to reject settings that are given both as an object and as a single argument.
+
+    A single argument counts as given if it is not None, even if it equals its default.
+    """
 
     @functools.wraps(function)
     def checked(*given: P.args, **named: P.kwargs) -> R:
@@ -83,16 +86,17 @@ def simulate(
 ) -> xr.Dataset:
     """Integrate every sample of a scene (nonlinear response-history analysis) and return its recorded variables.
 
-    Structures are drawn; each structure under each motion, at each level of the scene's design, is a sample. The values
-    of a sample depend on the seed and its own index alone: no division among blocks, threads and devices changes a bit.
+    The run draws structures from the scene. A sample is one structure under one motion at one level of the scene's
+    design. The values of a sample depend only on the seed and on the index of the sample: they are bit-identical for
+    any division of the run among blocks, threads and devices.
 
-    Before anything is drawn or compiled, one warning names all implausible values of the scene, such as a storey height
-    in mm, with the likely mistake; `meant_as_given` switches it off by the names of the quantities.
+    Before anything is drawn or compiled, one warning lists all implausible values of the scene, such as a storey height
+    in mm, with the likely mistake. To switch it off, name the quantities in the scene's `meant_as_given`.
 
-    Settings are given as objects, or by single arguments, which make these objects:
+    Settings are given as objects, or by single arguments, from which `simulate` makes these objects:
     `simulate(scene, method="rk4", device="cpu")` is the short form of
-    `simulate(scene, integration=wd.Integration(method="rk4"), execution=wd.Execution(device="cpu"))`. A single argument
-    cannot be combined with the object that has it, unless its value is None, which means that it is not given.
+    `simulate(scene, integration=wd.Integration(method="rk4"), execution=wd.Execution(device="cpu"))`. If an object is
+    given, the single arguments of its class must be absent or None.
 
     Args:
         scene: The scene.
@@ -104,31 +108,34 @@ def simulate(
             archetype has its `count`.
         seed: Seed of every random draw; the same seed gives the same samples on any device.
 
-        integration: How samples are integrated; None: by the arguments of the next line.
+        integration: How samples are integrated; None: use the single arguments in the next line.
         method, step, longest_step, resample, dtype, tolerance, target_error, on_unstable: Short form of `integration`,
             such as step=0.005 [s]; `Integration` describes each of them.
 
-        outputs: Results, and the file that they are written to; None: by the arguments of the next line.
+        outputs: Results, and the file that they are written to; None: use the single arguments in the next line.
         statistics, histories, keep_inputs, checked_share, sample_error, path, overwrite: Short form of `outputs`, such
             as checked_share=0.1 [1] or path="run.nc"; `Outputs` describes each of them.
 
-        execution: Where samples are integrated; None: by the arguments of the next line.
+        execution: Where samples are integrated; None: use the single arguments in the next line.
         device, threads, memory, cluster: Short form of `execution`, such as device="cpu" or memory=2**30 [bytes];
             `Execution` describes each of them.
 
     Returns:
         Dataset over `sample`, with the recorded demands, the drawn inputs and `status` (ok, collapsed, diverged,
-        unstable_step, not_converged). Demands of the last three are NaN. All variables of an EventSequence except its
-        drawn inputs also have the dimension `event` (see `select_event`); a sample that is not ok in an event has no
-        demands in later events. Samples of a Portfolio are in the order of its buildings, NaN in storeys and floors
-        that a building does not have; `building` and `archetype_index` name the building of a sample; the inputs are
-        all parameters of the buildings, and `estimated_relative_error` is the largest of the groups that are run
-        together. With `statistics` the dataset contains only these.
+        unstable_step, not_converged). Demands are NaN if the status is diverged, unstable_step or not_converged. With
+        `statistics` the dataset contains only the statistics.
+
+        EventSequence: all variables except drawn inputs also have the dimension `event` (see `select_event`). If a
+        sample is not ok in an event, its demands in later events are NaN.
+
+        Portfolio: samples are in the order of the buildings, with NaN in storeys and floors that a building does not
+        have. `building` and `archetype_index` identify the building of a sample. The inputs are all parameters of the
+        buildings. `estimated_relative_error` is the largest error of the groups of buildings that run together.
 
     Raises:
         ValueError: If an argument is out of its range, a name is unknown, or a setting is given both as an object and
-            as a single argument, before anything has run; or if a drawn value is out of its parameter's bounds, which
-            may be found after some blocks have run.
+            as a single argument, before anything has run; or if a drawn value is outside the bounds of its parameter,
+            which may be found after some blocks have run.
         OSError: If the file cannot be written, or the path contains another run.
         RuntimeError: If workers of the cluster have other versions of warpdyn, Warp, NumPy or SciPy, or devices of
             different kinds; or if a region was given up because several workers died while they ran it.
@@ -173,7 +180,7 @@ def simulate(
 
 
 def _check_together(scene: Scene, integration: Integration, execution: Execution, outputs: Outputs) -> None:
-    """Raise a ValueError if settings contradict each other or the scene."""
+    """Raise a ValueError if the integration, execution and output settings contradict each other or the scene."""
     path, error = outputs.path, outputs.sample_error
     if execution.cluster is not None and path is not None and not outputs.is_store and not outputs.reduced:
         raise ValueError(f"path must be a Zarr store with cluster=, as 'run{STORE_SUFFIX}', got {path!r}")

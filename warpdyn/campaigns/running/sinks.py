@@ -1,4 +1,8 @@
-"""Where the regions of a run are delivered to: memory, a netCDF file, a Zarr store, or statistics."""
+"""Sinks of a run, which receive the results of its regions: memory, a netCDF file, a Zarr store, or statistics.
+
+A region is a range of structures that one process integrates. A part is a group of structures (one kernel and default
+step) with its regions; a scene of one structure has one part, a portfolio several.
+"""
 
 from __future__ import annotations
 
@@ -27,24 +31,32 @@ from warpdyn.model.scene.portfolio import Portfolio
 
 
 def _joined(portfolio: Portfolio, parts: list[Part], rows: list[dict[str, Any]], rest: xr.Dataset) -> Joined:
-    """Return the samples of a portfolio's groups in the order of the buildings."""
+    """Return the samples of all groups of a portfolio, in the order of the portfolio's buildings.
+
+    Args:
+        portfolio: The portfolio.
+        parts: The groups of buildings.
+        rows: Values of each group's samples, by variable name.
+        rest: Variables and attributes of the run that do not belong to samples.
+    """
     buildings = [part.buildings for part in parts if part.buildings is not None]
     each = parts[0].samples // parts[0].job.structures
     return Joined(portfolio, buildings, [part.layout.template for part in parts], rows, each, rest)
 
 
 class Memory:
-    """Samples that are returned in memory.
+    """Sink that keeps the samples in memory.
 
     Args:
-        host: This process if it runs the regions, which then write to the memory of the run; otherwise None.
+        host: This process if it integrates the regions, which then write directly to the arrays of this sink. None:
+            other processes integrate them and return their samples.
     """
 
     def __init__(self, host: Host | None) -> None:
         self._host, self._rows = host, dict[int, Arrays]()
 
     def begin(self, parts: list[Part]) -> None:
-        """Check that the samples fit in memory."""
+        """Raise an error if the samples of all groups do not fit in memory."""
         path = "run.nc" if self._host is not None else "run.zarr"
         check_memory(
             f"the dataset of {sum(part.samples for part in parts):,} samples (structures times motions)",
@@ -54,14 +66,14 @@ class Memory:
         )
 
     def given_to(self, part: Part, place: int) -> dict[str, Any]:
-        """Return further arguments of `Region`: memory for its samples."""
+        """Return additional constructor arguments of a `Region`: the arrays that it writes its samples to."""
         if self._host is None:
             return {}
         span = slice(*(part.first_sample(edge) for edge in (part.regions[place].start, part.regions[place].stop)))
         return {"rows": {name: values[span] for name, values in self._rows_of(part).items()}}
 
     def take(self, part: Part, place: int, report: Report) -> None:
-        """Take the samples of a region."""
+        """Copy the samples of a region's report, if it contains any, to their place, and keep the report."""
         first = part.first_sample(part.regions[place].start)
         for name, values in report.rows.items():
             self._rows_of(part)[name][first : first + len(values)] = values
@@ -69,11 +81,11 @@ class Memory:
         part.reports[place] = report
 
     def finish(self, parts: list[Part], rest: xr.Dataset, portfolio: Portfolio | None) -> xr.Dataset:
-        """Return the dataset.
+        """Return the dataset of the run.
 
         Args:
             parts: The groups.
-            rest: Variables and attributes of the run besides its samples.
+            rest: Variables and attributes of the run that do not belong to samples.
             portfolio: The portfolio; None for a scene of one structure.
         """
         if portfolio is not None:
@@ -88,51 +100,51 @@ class Memory:
         return (dataset.merge(rest) if rest.variables else dataset).assign_attrs(rest.attrs)
 
     def _rows_of(self, part: Part) -> Arrays:
-        """Return memory for all samples of a group, which is taken when its first region begins."""
+        """Return arrays for all samples of a group, which are allocated when its first region begins."""
         if part.number not in self._rows:
             along = {name: v for name, v in part.along.items() if name not in self._deferred(part)}
             self._rows[part.number] = {n: np.empty((part.samples, *v.shape[1:]), v.dtype) for n, v in along.items()}
         return self._rows[part.number]
 
     def _deferred(self, part: Part) -> Set[str]:
-        """Return the variables that are computed when they are read; none in the dataset of a portfolio."""
+        """Return the names of the variables that are computed when they are read; empty for a portfolio."""
         return set() if self._host is None or part.buildings is not None else part.layout.deferred
 
 
 class Files:
-    """Samples that are written from the files of the regions to a netCDF file (portfolios: also to a Zarr store).
+    """Sink that joins the files of finished regions into a netCDF file (for a portfolio: also into a Zarr store).
 
     Args:
-        checkpoint: The folder of these files.
+        checkpoint: Checkpoint of the run: the folder with one file for each finished region.
     """
 
     def __init__(self, checkpoint: Checkpoint) -> None:
         self.checkpoint, self.unfinished = checkpoint, checkpoint.unfinished
 
     def begin(self, parts: list[Part]) -> None:
-        """Take the regions that an earlier call has finished."""
+        """Read the reports of the regions that an earlier, interrupted call has finished."""
         for part in parts:
             for place, report in enumerate(self._reports_of(part)):
                 if report is not None:
                     self._add(part, place, report)
 
     def _reports_of(self, part: Part) -> list[Report | None]:
-        """Return the reports in the files of a group's regions."""
+        """Return the report of each region of a group from its file; None if the region has no complete file."""
         return [Report.load(path) for path in self._paths(part)]
 
     def given_to(self, part: Part, place: int) -> dict[str, Any]:
-        """Return no further arguments of `Region`: the process that runs the region writes its file."""
+        """Return no additional constructor arguments of a `Region`: the region writes its samples to its file."""
         return {}
 
     def take(self, part: Part, place: int, report: Report) -> None:
-        """Take the report of a region whose file is written."""
+        """Keep the report of a region, whose samples are already in its file."""
         self._add(part, place, report)
 
     def _add(self, part: Part, place: int, report: Report) -> None:
         part.reports[place] = report
 
     def finish(self, parts: list[Part], rest: xr.Dataset, portfolio: Portfolio | None) -> xr.Dataset:
-        """Return the dataset of the file or the store; arguments: see `Memory`."""
+        """Write the file or the store of the run, and return it as an opened dataset; arguments: see `Memory`."""
         if portfolio is not None:
             joined = _joined(portfolio, parts, [self._columns(part) for part in parts], rest)
             is_store = self.unfinished.path.suffix == STORE_SUFFIX
@@ -155,14 +167,14 @@ class Files:
 
 
 class Store(Files):
-    """Samples of one structure's scene that the processes write to a Zarr store, each region to its own chunks."""
+    """Sink for a scene of one structure: processes write the samples of each region to chunks of a Zarr store."""
 
     def begin(self, parts: list[Part]) -> None:
-        """Lay out the store, or take the regions that an earlier call has written."""
+        """Create the store, or read the reports of the regions that an earlier, interrupted call has written to it."""
         [part], settled = parts, self.checkpoint.settled
         assert part.job.store is not None
         if not is_laid_out(part.job.store, settled.get("store")):
-            for path in self._paths(part):  # reports on a store that was damaged
+            for path in self._paths(part):  # these reports belong to a store that is damaged
                 path.unlink(missing_ok=True)
             chunk = part.first_sample(len(part.regions[0]))
             with self.unfinished.named_errors():
@@ -179,7 +191,7 @@ class Store(Files):
         return reports
 
     def finish(self, parts: list[Part], rest: xr.Dataset, portfolio: Portfolio | None) -> xr.Dataset:
-        """Return the dataset of the store."""
+        """Complete the store and move it to the path of the run; return it as an opened dataset."""
         store = parts[0].job.store
         assert store is not None
         with self.unfinished.named_errors():
@@ -189,13 +201,14 @@ class Store(Files):
 
 
 class Statistics(Files):
-    """Statistics that the samples are reduced to; the samples themselves are not kept.
+    """Sink that adds the regions to statistics; the samples themselves are not kept.
 
     Args:
-        reduction: The statistics, of all groups.
-        asked: The same statistics, in the form that is sent to other processes.
-        checkpoint: The folder of the files of regions; None: no files are written.
-        is_partial: Whether regions return their contribution; otherwise they add it to the statistics of this process.
+        reduction: The statistics of the run, over all its groups.
+        asked: The same statistics in the form that is sent to other processes.
+        checkpoint: Checkpoint of the run, with a file for each region; None: no files are written.
+        is_partial: Whether each region returns its contribution with its report. False: regions add their samples
+            directly to the statistics of this process.
     """
 
     def __init__(self, reduction: Reduction, asked: Asked, checkpoint: Checkpoint | None, *, is_partial: bool) -> None:
@@ -205,16 +218,16 @@ class Statistics(Files):
             super().__init__(checkpoint)
 
     def begin(self, parts: list[Part]) -> None:
-        """Take the regions that an earlier call has finished."""
+        """Read the reports of the regions that an earlier, interrupted call has finished, if the run has a path."""
         if self._checkpoint is not None:
             super().begin(parts)
 
     def given_to(self, part: Part, place: int) -> dict[str, Any]:
-        """Return further arguments of `Region`: the statistics."""
+        """Return additional constructor arguments of a `Region`: the statistics and the numbers of its structures."""
         return {"asked": self.asked, "numbers": part.numbers(place), "is_partial": self._is_partial}
 
     def take(self, part: Part, place: int, report: Report) -> None:
-        """Add a region to the statistics, after its file is written if the run has a path."""
+        """Add a region's contribution to the statistics; if the run has a path, write the region's file before."""
         if self._checkpoint is not None:
             with self.unfinished.named_errors():
                 report.save(region_file(self.checkpoint.folder, part.number, part.regions[place]))
@@ -227,7 +240,7 @@ class Statistics(Files):
         part.reports[place] = report
 
     def finish(self, parts: list[Part], rest: xr.Dataset, portfolio: Portfolio | None) -> xr.Dataset:
-        """Return the statistics, and write them if the run has a path."""
+        """Return the dataset of statistics; if the run has a path, also write it there."""
         result = self.reduction.dataset(rest)
         if self._checkpoint is None:
             return result

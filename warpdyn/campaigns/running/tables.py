@@ -1,4 +1,4 @@
-"""Tables that take the samples of a region block by block: they keep the samples, or reduce them to statistics."""
+"""Tables that receive the samples of a region (range of structures) block by block: kept or reduced to statistics."""
 
 from __future__ import annotations
 
@@ -25,14 +25,14 @@ MOST_UNDER_WAY = 2  # blocks that may wait to be added to statistics
 
 
 class InMemory:
-    """Samples in memory, which is allocated for all samples.
+    """Table that keeps all samples of a region (a range of structures of a run) in memory.
 
     Args:
-        columns: Variables of the dataset with one value for each sample.
-        rows: The memory, by name, sample first.
+        columns: Variables of the dataset with one value for each sample, by name.
+        rows: Arrays for all samples of the region, by the name of the variable; the first dimension is the sample.
 
     Attributes:
-        reduces: Whether a GPU keeps the samples to reduce them.
+        reduces: False: the samples are copied to the host, because no GPU reduces them to statistics.
     """
 
     reduces = False
@@ -41,32 +41,33 @@ class InMemory:
         self.columns, self.rows, self._given = columns, rows, 0
 
     def rows_for(self, samples: int) -> Arrays:
-        """Return memory for the next samples."""
+        """Return views of the arrays for the next `samples` samples, by the name of the variable."""
         self._given += samples
         return {name: values[self._given - samples : self._given] for name, values in self.rows.items()}
 
     def add(self, rows: Arrays, run: Ensemble, staying: Mapping[str, Any]) -> None:
-        """Do nothing: the rows are already in their place."""
+        """Do nothing: the block has written its samples to the arrays of `rows_for`."""
 
     def finish(self) -> None:
-        """Return at once: all samples are in place."""
+        """Do nothing: every block has written its samples to the arrays."""
 
     def close(self) -> None:
-        """Return at once: no thread adds samples."""
+        """Do nothing: this table has no thread that must end."""
 
 
 class Reduced:
-    """Statistics to which the samples of a region are added; blocks reuse the memory of rows.
+    """Table that reduces the samples of a region (a range of structures) to statistics and does not keep the samples.
 
-    A separate thread adds blocks, one after the other, while the next blocks are launched and read. Samples of a single
-    event stay on a GPU, and are reduced there.
+    A separate thread adds one block of samples after the other to the statistics, while the main thread launches and
+    reads the next blocks. The arrays of a finished block are reused. Samples of a scene with a single event stay on a
+    GPU, which reduces them.
 
     Args:
-        run: The run.
-        columns: Variables with one value for each sample; only those that the statistics read are kept.
+        run: The prepared run, with its model and devices.
+        columns: Variables with one value for each sample, by name; only variables that the statistics need are kept.
         reduction: The statistics.
-        structures: Number of each structure in the statistics.
-        is_estimated: Whether errors are estimated, from samples on the host.
+        structures: Number of each structure of the region in the statistics, shape [structure].
+        is_estimated: Whether errors of samples are estimated, which needs the samples on the host.
     """
 
     def __init__(
@@ -89,18 +90,18 @@ class Reduced:
         self._under_way = deque[Future[Any]]()
 
     def close(self) -> None:
-        """End the thread that adds samples."""
+        """End the thread that adds samples to the statistics."""
         self._adding.shutdown(cancel_futures=True)
 
     def rows_for(self, samples: int) -> Arrays:
-        """Return memory for the next samples."""
+        """Return arrays for the next `samples` samples, by the name of the variable; free arrays are reused."""
         for place, rows in enumerate(self._free):
             if len(rows["status"]) == samples:
                 return self._free.pop(place)
         return blank_rows(self.model, self.columns, samples)
 
     def add(self, rows: Arrays, run: Ensemble, staying: Mapping[str, Any]) -> None:
-        """Reduce samples whose rows are complete, after all those before them."""
+        """Queue a block of samples, whose rows are complete, to be added to the statistics after all earlier blocks."""
         first, count = self._done, len(rows["status"]) // self._samples_per_structure
         self._done += count
         structures = self._structures[first : self._done]
@@ -115,14 +116,15 @@ class Reduced:
         self._wait_for(MOST_UNDER_WAY)
 
     def finish(self) -> None:
-        """Wait until all samples are added.
+        """Wait until all samples are added to the statistics.
 
-        A GPU may still reduce: memory that is released meanwhile is freed on the default stream, which waits for it.
+        A GPU may still reduce its last blocks. Memory that is freed meanwhile is freed on the default stream, which
+        waits for these reductions.
         """
         self._wait_for(0)
 
     def _reduce(self, structures: np.ndarray, rows: Arrays) -> None:
-        """Add a block, unless an earlier block failed: then the run ends."""
+        """Add a block of samples to the statistics on the host; do nothing if an earlier block failed."""
         if self._is_whole:
             self._is_whole = False
             self._reduction.add(structures, rows)
@@ -132,7 +134,10 @@ class Reduced:
     def _reduce_on_gpu(
         self, structures: np.ndarray, rows: Arrays, staying: dict[str, Any], heights: np.ndarray, device: str
     ) -> wp.Event:
-        """Queue the reductions of a block; return the event after which its GPU may overwrite the block's outputs."""
+        """Queue the reductions of a block; return the event after which its GPU may overwrite the block's outputs.
+
+        If an earlier block failed, nothing is queued except this event.
+        """
         gpu = self._reduction.gpu(device)
         if self._is_whole:
             self._is_whole = False
@@ -143,7 +148,7 @@ class Reduced:
         return gpu.stream.record_event()
 
     def _wait_for(self, most: int) -> None:
-        """Wait until at most `most` blocks are left to be added."""
+        """Wait until at most `most` blocks have not yet been added to the statistics."""
         while len(self._under_way) > most:
             result_of(self._under_way.popleft())
 
@@ -152,7 +157,7 @@ Table = InMemory | Reduced
 
 
 def blank_rows(model: Model, columns: dict[str, Column], samples: int) -> Arrays:
-    """Return memory for the columns of some samples."""
+    """Return uninitialised arrays of shape [sample, ...] for `samples` samples, by the name of the column."""
     return {name: np.empty((samples, *lengths(model, column)), column.dtype) for name, column in columns.items()}
 
 

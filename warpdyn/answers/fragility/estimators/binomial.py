@@ -1,4 +1,4 @@
-"""Fits of lognormal (probit) and loglogistic (logit) curves to stripe counts, penalised for separated stripes."""
+"""Fits of lognormal (probit) and loglogistic (logit) curves to stripe counts; penalised if stripes are separated."""
 
 from __future__ import annotations
 
@@ -15,17 +15,18 @@ from warpdyn.answers.fragility.maximum_likelihood.links import (
 )
 from warpdyn.answers.fragility.maximum_likelihood.newton import Evaluation, maximise
 
-PENALISED = NO_FINITE_MEDIAN + 1  # outcome of a penalised fit; follows the outcomes of `fit_stripes`
-UNDETERMINED = PENALISED + 1  # the data do not determine a median outside the levels
+PENALISED = NO_FINITE_MEDIAN + 1  # outcome: penalised fit; its index follows the outcomes of `fit_stripes`
+UNDETERMINED = PENALISED + 1  # outcome: the median is outside the levels, and the data do not determine it
 
 
 def penalised_likelihood(
     link: Link, position: np.ndarray, parameters: np.ndarray, exceeding: np.ndarray, passing: np.ndarray
 ) -> Evaluation:
-    """Return `likelihood` times Jeffreys' prior (in logarithms), its gradient, and the expected information.
+    """Return the logarithm of likelihood times Jeffreys' prior, its gradient, and the expected information.
 
-    The penalty is half the logarithm of the determinant of the expected information. Its maximum is finite for all
-    counts (Firth 1993, Biometrika 80; Kosmidis and Firth 2021, Biometrika 108).
+    The logarithm of the prior (the penalty) is half the logarithm of the determinant of the expected information. The
+    sum has a finite maximum for all counts (Firth 1993, Biometrika 80; Kosmidis and Firth 2021, Biometrika 108).
+    Arguments and shapes: see `likelihood`.
     """
     score = parameters[:, :1] + parameters[:, 1:] * position
     above, below, density = link.log_cumulative(score), link.log_cumulative(-score), link.log_density(score)
@@ -35,7 +36,7 @@ def penalised_likelihood(
     determinant = np.linalg.det(information)
     with np.errstate(divide="ignore", invalid="ignore"):
         value = (exceeding * above + passing * below).sum(axis=1) + 0.5 * np.log(determinant)
-        # Leverage of a level: row of the design times inverse information times row.
+        # Leverage of a level: row of the design matrix times inverse information times this row.
         a, b, c = (information[:, i, j, None] for i, j in ((0, 0), (0, 1), (1, 1)))
         leverage = (c - 2.0 * b * position + a * position**2) / determinant[:, None]
     slope = exceeding * rise - passing * fall
@@ -46,13 +47,13 @@ def penalised_likelihood(
 def fit_probit(
     levels: np.ndarray, exceeding: np.ndarray, total: np.ndarray, start: tuple[np.ndarray, np.ndarray] | None = None
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Fit lognormal curves by maximum likelihood, and curves of separated stripes by penalised likelihood.
+    """Fit lognormal curves to stripe counts by maximum likelihood; penalised likelihood if stripes are separated.
 
     Args:
         levels: Intensity of each stripe, shape [im_level].
-        exceeding: Number of exceedances, shape [..., im_level].
-        total: Number of trials, of a shape that broadcasts with `exceeding`.
-        start: Median and dispersion at which the search starts, or None.
+        exceeding: Number of samples that exceed the state, shape [..., im_level].
+        total: Number of samples, of a shape that broadcasts with `exceeding`.
+        start: Median and dispersion at which the search starts; None: no start.
 
     Returns:
         Median, dispersion [1] and outcome (an index into FIT_MEANINGS), each of shape [...].
@@ -72,9 +73,9 @@ def fit_probit(
 def fit_logit(
     levels: np.ndarray, exceeding: np.ndarray, total: np.ndarray, start: tuple[np.ndarray, np.ndarray] | None = None
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Fit loglogistic curves; arguments and results as in `fit_probit`.
+    """Fit loglogistic curves to stripe counts; arguments and results: see `fit_probit`.
 
-    The dispersion is the standard deviation of ln(capacity): pi / sqrt(3), divided by the slope of the logit.
+    The dispersion is the standard deviation of ln(capacity), which is pi / sqrt(3) divided by the slope of the logit.
     """
     median, dispersion, outcome = (np.atleast_1d(part) for part in fit_stripes(levels, exceeding, total, start))
     position, centre, spread = _positions(levels)
@@ -100,7 +101,7 @@ def _penalised_where_separated(
     dispersion: np.ndarray,
     outcome: np.ndarray,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return the fits, with penalised fits for separated stripes."""
+    """Return medians, dispersions and outcomes, in which fits of separated stripes are replaced by penalised fits."""
     shape = outcome.shape
     median, dispersion, outcome = (np.array(part).reshape(-1) for part in (median, dispersion, outcome))
     rows = np.flatnonzero(outcome == SEPARATED)
@@ -109,7 +110,7 @@ def _penalised_where_separated(
         exceeding, total = np.broadcast_arrays(np.asarray(exceeding, dtype=np.float64), total)
         counted = exceeding.reshape(-1, exceeding.shape[-1])[rows]
         passing = total.reshape(-1, exceeding.shape[-1])[rows] - counted
-        # Start from a straight line through the fractions, moved away from 0 and 1 by half a sample.
+        # Start from a straight line through the fractions; these are moved away from 0 and 1 by half a sample.
         share = (counted + 0.5) / (counted + passing + 1.0)
         score, weight = np.log(share / (1.0 - share)) * link.deviation / LOGIT.deviation, counted + passing
         mean, rise = (weight @ position) / weight.sum(axis=1), (weight * score).sum(axis=1) / weight.sum(axis=1)
@@ -122,7 +123,7 @@ def _penalised_where_separated(
 
 
 def _positions(levels: np.ndarray) -> tuple[np.ndarray, float, float]:
-    """Return centred and scaled logarithms of the levels, their centre and their scale."""
+    """Return (ln(levels) - centre) / scale, shape [im_level], and the centre and the scale of ln(levels)."""
     logarithm = np.log(np.asarray(levels, dtype=np.float64))
     centre, spread = float(logarithm.mean()), float(logarithm.std())
     return (logarithm - centre) / spread, centre, spread
@@ -137,7 +138,15 @@ def _set(
     scales: tuple[float, float, float],
     success: int,
 ) -> None:
-    """Convert intercepts and slopes to medians and dispersions, and write them and the outcomes into the given rows."""
+    """Convert intercepts and slopes to medians and dispersions; write these and the outcomes to arrays in place.
+
+    Args:
+        median, dispersion, outcome: Arrays that are changed.
+        rows: Rows of these arrays that are set.
+        found: Intercept and slope of each row, shape [row, 2].
+        scales: Centre and scale of ln(levels), and standard deviation of the link's distribution.
+        success: Outcome of a row with a finite median and dispersion.
+    """
     centre, spread, deviation = scales
     with np.errstate(all="ignore"):
         middle, scatter = np.exp(centre - spread * found[:, 0] / found[:, 1]), deviation * spread / found[:, 1]
@@ -160,15 +169,15 @@ def influences_of_cells(
     Args:
         link: Probit or logit.
         levels: Intensity of each stripe, shape [im_level].
-        exceeding: Exceeding samples of a cell, shape [record, group, im_level, row ...].
-        valid: Samples of a cell, shape [record, group, im_level].
+        exceeding: Number of exceeding samples of each cell, shape [record, group, im_level, row ...].
+        valid: Number of samples of each cell, shape [record, group, im_level].
         median: Fitted medians, shape [row ...].
-        dispersion: Fitted dispersions.
+        dispersion: Fitted dispersions [1], shape [row ...].
 
     Returns:
-        The score of each cell times the inverse of the information of all cells, shape [record, group, 2, row ...]; and
-        the diagonal of this inverse, i.e. the variances if all samples were independent, shape [2, row ...]. NaN
-        without a fit.
+        The contributions: score of each cell times the inverse of the information of all cells, shape [record, group,
+        2, row ...]; and the variances if all samples were independent: diagonal of this inverse, shape [2, row ...].
+        NaN without a fit.
     """
     rows = median.shape
     at = (slice(None), *(None,) * len(rows))
@@ -193,7 +202,7 @@ def influences_of_cells(
         )
         inverse = flipped / determinant[..., None, None]
     factors = np.einsum("...ab,bl...->al...", inverse, slopes)
-    # Count all samples as not exceeding, and add the difference for exceeding ones.
+    # First count all samples as not exceeding, then add the difference for the exceeding samples.
     influences = np.einsum("rgl...,al...->rga...", exceeding.astype(np.float64), factors * (above + below))
     influences -= np.tensordot(valid.astype(np.float64), np.moveaxis(factors * below, 1, 0), axes=1)
     return influences, np.moveaxis(np.diagonal(inverse, axis1=-2, axis2=-1), -1, 0)

@@ -1,4 +1,4 @@
-"""Normal regression of values that are known exactly, within an interval, or up to one bound (censored)."""
+"""Normal regression of values that are known exactly, within an interval, or only up to one bound (censored)."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ from scipy.special import log_ndtr
 
 from warpdyn.answers.fragility.maximum_likelihood.newton import Evaluation, maximise
 
-NARROW = 1e-6  # narrower intervals (of a logarithm) are replaced by their centre, because of rounding
+NARROW = 1e-6  # an interval (of a logarithm) that is narrower is replaced by its centre, because of rounding
 
-_AT_A_TIME = 1 << 20  # number of observations times rows in memory at a time
+_AT_A_TIME = 1 << 20  # number of observations times rows that are in memory at the same time
 _LOG_SQRT_2PI = 0.5 * np.log(2.0 * np.pi)
 
 
@@ -27,7 +27,8 @@ class CensoredRegression:
 
     Args:
         lower: Lower bound of each value, shape [observation]; -inf if it has no lower bound.
-        upper: Upper bound; inf if it has no upper bound; equal to the lower bound if the value is known.
+        upper: Upper bound of each value, shape [observation]; inf if it has no upper bound; equal to the lower bound if
+            the value is known.
         design: Explanatory variables of the mean, shape [observation, coefficient].
     """
 
@@ -43,13 +44,13 @@ class CensoredRegression:
             object.__setattr__(self, name, np.where(is_narrow, middle, getattr(self, name)))
 
     def fit(self, weights: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the coefficients, shape [row, coefficient], and the deviation, shape [row], for rows of weights.
+        """Return the coefficients, shape [row, coefficient], and the standard deviation, shape [row].
 
-        The result is NaN if Newton's method finds no maximum. If all values are known, the result is that of least
-        squares (mean and standard deviation if the design is constant); the deviation has divisor n, not n - 1.
+        Both are NaN if Newton's method finds no maximum. If all values are known, the result is a least-squares fit
+        (mean and standard deviation if the design is constant); the deviation has divisor n, not n - 1.
 
         Args:
-            weights: Weight of each observation, shape [row, observation].
+            weights: Weight of each observation in each fit, shape [row, observation].
         """
         if self._is_exact.all():
             return self._least_squares(weights)
@@ -69,11 +70,15 @@ class CensoredRegression:
             return found[:, :-1] / found[:, -1:], 1.0 / found[:, -1]
 
     def influences(self, coefficients: np.ndarray, deviation: float) -> tuple[np.ndarray, np.ndarray]:
-        """Return the first-order contribution of each observation to coefficients and deviation at their maximum.
+        """Return the first-order contribution of each observation to the fitted coefficients and deviation.
+
+        Args:
+            coefficients: Fitted coefficients, shape [coefficient].
+            deviation: Fitted standard deviation.
 
         Returns:
-            The influences, shape [observation, coefficient + 1], and the covariance of coefficients and deviation if
-            all observations were independent.
+            The contributions, shape [observation, coefficient + 1]; the covariance of coefficients and deviation if all
+            observations were independent, shape [coefficient + 1, coefficient + 1].
         """
         count = coefficients.size + 1
         if not np.isfinite(deviation):
@@ -115,7 +120,10 @@ class CensoredRegression:
         return np.column_stack([-self.design, np.where(np.isfinite(self.lower), self.lower, 0.0)])
 
     def _start(self) -> np.ndarray:
-        """Return the parameters of a least-squares line through the centre (or the only bound) of each value."""
+        """Return start parameters for the search: a least-squares line through the centre of each value's bounds.
+
+        If a value has only one bound, the line uses this bound.
+        """
         low, high = np.isfinite(self.lower), np.isfinite(self.upper)
         both = low & high
         with np.errstate(invalid="ignore"):
@@ -127,9 +135,10 @@ class CensoredRegression:
         return np.append(coefficients, 1.0) / deviation
 
     def _evaluate(self, parameters: np.ndarray, weights: np.ndarray) -> Evaluation:
-        """Return log-likelihood, gradient and negative second derivatives.
+        """Return log-likelihood, gradient and negative second derivatives for rows of parameters and weights.
 
-        Parameters are coefficients / deviation and 1 / deviation, shape [row, coefficient + 1].
+        Parameters are coefficients / deviation and 1 / deviation, shape [row, coefficient + 1]; weights have the shape
+        [row, observation].
         """
         at, rows, count = self._at(parameters), len(parameters), parameters.shape[1]
         up, low = self._upper_row, self._lower_row
@@ -151,11 +160,11 @@ class CensoredRegression:
         return value, gradient, information.reshape(rows, count, count)
 
     def _at(self, parameters: np.ndarray) -> _Scores:
-        """Return the contributions of observations at given parameters."""
+        """Return the contributions of all observations to the likelihood and its derivatives at given parameters."""
         with np.errstate(all="ignore"):
             high = np.where(np.isfinite(self.upper), parameters @ self._upper_row.T, np.inf)
             low = np.where(np.isfinite(self.lower), parameters @ self._lower_row.T, -np.inf)
-            # Subtract probabilities of the tail in which both are small, to avoid cancellation.
+            # Subtract probabilities in the tail in which both are small, to avoid cancellation.
             is_right = low > 0
             upper, lower = np.where(is_right, -low, high), np.where(is_right, -high, low)
             log_upper = log_ndtr(upper)
@@ -177,16 +186,16 @@ class CensoredRegression:
 
 
 class _Scores(NamedTuple):
-    """Contributions of observations, shape [row, observation].
+    """Contributions of observations to the log-likelihood and its derivatives, each of shape [row, observation].
 
     Args:
         value: Log-likelihood; for known values without the term ln(1 / deviation).
-        slope_upper: Derivative of the log-likelihood with respect to the score of the upper bound (known values: their
-            score).
-        slope_lower: Derivative with respect to the score of the lower bound.
+        slope_upper: Derivative of the log-likelihood with respect to the score of the upper bound; for a known value,
+            with respect to the score of the value.
+        slope_lower: Derivative of the log-likelihood with respect to the score of the lower bound.
         bend_upper: Negative second derivative with respect to the score of the upper bound.
-        bend_lower: Negative second derivative with respect to the score of the lower bound; the mixed one is the
-            product of both slopes.
+        bend_lower: Negative second derivative with respect to the score of the lower bound. The mixed second derivative
+            is the product of both slopes.
     """
 
     value: np.ndarray

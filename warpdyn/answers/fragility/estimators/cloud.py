@@ -12,21 +12,21 @@ from warpdyn.answers.fragility.estimators.censored import CensoredRegression
 from warpdyn.answers.fragility.lognormal_fit import NO_EXCEEDANCE
 
 DEMAND_AND_COLLAPSE = "of demand and collapse"  # value of the attribute `fragility_shape`
-_HALVINGS = 80  # bisection steps, after which a fractile is exact to rounding
+_HALVINGS = 80  # number of bisection steps, after which a fractile is exact to rounding
 
 
 @dataclass(frozen=True, eq=False)
 class CloudFits:
-    """Fitted regressions, one per row of weights.
+    """Fitted regressions of ln(demand) on ln(intensity), with a model of collapse; one fit for each row of weights.
 
     Args:
         intercept: ln(demand) at an intensity of 1, shape [row].
-        slope: Slope of ln(demand) over ln(intensity).
-        deviation: Standard deviation of ln(demand) about the line.
-        collapse_median: Median intensity of collapse; infinite without a model of collapse.
-        collapse_dispersion: Dispersion of the intensity of collapse.
+        slope: Slope of ln(demand) over ln(intensity), shape [row].
+        deviation: Standard deviation of ln(demand) about the line, shape [row].
+        collapse_median: Median intensity of collapse, shape [row]; infinite without a model of collapse.
+        collapse_dispersion: Dispersion of the intensity of collapse [1], shape [row].
         is_censored: Whether the demands of collapsed samples are lower bounds in the regression. Then the model of
-            collapse is only used for infinite limits, which only collapse exceeds.
+            collapse is used only for infinite limits, which only collapse exceeds.
     """
 
     intercept: np.ndarray
@@ -37,11 +37,11 @@ class CloudFits:
     is_censored: bool = False
 
     def probability(self, intensity: np.ndarray, limit: np.ndarray) -> np.ndarray:
-        """Return the probability that the demand exceeds limits, collapses included.
+        """Return the probability that a sample exceeds each limit, by its demand or by collapse.
 
         Args:
-            intensity: 0 or above, of a shape that broadcasts with [row, damage_state, point].
-            limit: Limits, shape [damage_state].
+            intensity: Intensities, 0 or above, of a shape that broadcasts with [row, damage_state, point].
+            limit: Limits [units of the demand], shape [damage_state].
         """
         parts = (self.intercept, self.slope, self.deviation, self.collapse_median, self.collapse_dispersion)
         intercept, slope, deviation, median, dispersion = (part[:, None, None] for part in parts)
@@ -53,7 +53,7 @@ class CloudFits:
         return 1.0 - stands * survives
 
     def fractile(self, share: float, limit: np.ndarray) -> np.ndarray:
-        """Return the intensity at which a share of samples exceeds each limit, shape [row, damage_state]."""
+        """Return the intensity at which the share `share` of samples exceeds each limit, shape [row, damage_state]."""
         is_finite = np.isfinite(limit)
         with np.errstate(invalid="ignore"):
             of_collapse = np.log(self.collapse_median)[:, None]
@@ -75,13 +75,13 @@ class CloudFits:
 def fit_censored(
     intensity: np.ndarray, demand: np.ndarray, collapsed: np.ndarray, weights: np.ndarray
 ) -> tuple[CloudFits, CensoredRegression]:
-    """Fit by maximum likelihood with right-censored demands of collapsed samples (Tobin 1958).
+    """Fit the regression by maximum likelihood; demands of collapsed samples are right-censored (Tobin 1958).
 
     Args:
         intensity: Intensity of each sample, shape [sample].
-        demand: Demand of each sample; for a collapsed sample, its value before the collapse.
-        collapsed: Whether each sample collapsed.
-        weights: Weights of the samples, shape [row, sample].
+        demand: Demand of each sample, shape [sample]; for a collapsed sample, the value before the collapse.
+        collapsed: Whether each sample collapsed, shape [sample].
+        weights: Weight of each sample in each fit, shape [row, sample].
 
     Returns:
         The fits, and the regression with censored values.
@@ -96,15 +96,15 @@ def fit_censored(
 def fit_with_collapse(
     intensity: np.ndarray, demand: np.ndarray, collapsed: np.ndarray, weights: np.ndarray
 ) -> tuple[CloudFits, int]:
-    """Fit samples without collapse by least squares, and the probability of collapse by probit on ln intensity.
+    """Fit the regression to samples without collapse by least squares, and the probability of collapse by probit.
 
     Source: Jalayer, Ebrahimian, Miano, Manfredi and Sezen (2017), "Analytical fragility assessment using unscaled
-    ground motion records", Earthquake Engineering and Structural Dynamics 46(15); with a probit instead of their logit,
-    as in pyFragility. Arguments as in `fit_censored`.
+    ground motion records", Earthquake Engineering and Structural Dynamics 46(15); with a probit on ln(intensity)
+    instead of their logit, as in pyFragility. Arguments: see `fit_censored`.
 
     Returns:
-        The fits, and the outcome of the fit of collapse (an index into FIT_MEANINGS): it is penalised if the
-        intensities of collapsed samples do not overlap with those of the others.
+        The fits; the outcome of the fit of collapse, an index into FIT_MEANINGS: it is penalised if the intensities of
+        collapsed samples do not overlap with the intensities of other samples.
     """
     regression = _regression(intensity[~collapsed], demand[~collapsed], np.zeros(int((~collapsed).sum()), dtype=bool))
     coefficients, deviation = regression.fit(weights[:, ~collapsed])
@@ -115,11 +115,11 @@ def fit_with_collapse(
 def fit_collapse(
     intensity: np.ndarray, collapsed: np.ndarray, weights: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, int]:
-    """Fit the probability of collapse by probit on ln intensity; arguments as in `fit_censored`.
+    """Fit the probability of collapse by probit on ln(intensity); arguments: see `fit_censored`.
 
     Returns:
-        Median intensity of collapse (infinite without collapses) and its dispersion, shape [row], and the outcome of
-        the fit to all samples, an index into FIT_MEANINGS.
+        Median intensity of collapse (infinite without collapses), shape [row]; its dispersion [1], shape [row]; the
+        outcome of the fit to all samples, an index into FIT_MEANINGS.
     """
     levels, place = np.unique(intensity, return_inverse=True)
     is_at = (place[:, None] == np.arange(levels.size)).astype(np.float64)

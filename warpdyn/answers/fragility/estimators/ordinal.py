@@ -1,4 +1,4 @@
-"""Lognormal curves of ordered damage states with one common dispersion, which cannot cross: a cumulative probit."""
+"""Lognormal curves of ordered damage states with one common dispersion, which cannot cross (cumulative probit)."""
 
 from __future__ import annotations
 
@@ -17,14 +17,15 @@ def fit_ordinal(
     """Fit lognormal curves with one common dispersion to all damage states, by maximum multinomial likelihood.
 
     The likelihood is that of a cumulative probit with a common slope (McCullagh 1980, Journal of the Royal Statistical
-    Society B 42). A damage state has no curve if it is exceeded by no sample or by every sample; two states that are
-    exceeded by the same samples have the same curve.
+    Society B 42). A damage state has no curve if no sample exceeds it or every sample does; two states that the same
+    samples exceed have the same curve.
 
     Args:
         levels: Intensity of each stripe, shape [im_level].
-        exceeding: Number of exceedances, shape [..., damage_state, im_level], not increasing along `damage_state`.
-        total: Number of trials, of a shape that broadcasts with `exceeding`; the same for every damage state.
-        start: Median and dispersion at which the search starts, shape [..., damage_state], or None.
+        exceeding: Number of samples that exceed each state, shape [..., damage_state, im_level], not increasing along
+            `damage_state`.
+        total: Number of samples, of a shape that broadcasts with `exceeding`; the same for every damage state.
+        start: Median and dispersion at which the search starts, shape [..., damage_state]; None: no start.
 
     Returns:
         Median, dispersion [1] and outcome (an index into FIT_MEANINGS), shape [..., damage_state].
@@ -38,7 +39,7 @@ def fit_ordinal(
         >>> bool(median[0] < median[1]), bool(dispersion[0] == dispersion[1])
         (True, True)
     """
-    alone = fit_stripes(levels, exceeding, total)  # checks the counts; its outcome shows states without a curve
+    alone = fit_stripes(levels, exceeding, total)  # checks the counts; its outcome shows which states have no curve
     exceeding, total = np.broadcast_arrays(np.asarray(exceeding, dtype=np.float64), total)
     if exceeding.ndim < 2 or np.any(np.diff(exceeding, axis=-2) > 0):
         raise ValueError(
@@ -53,7 +54,7 @@ def fit_ordinal(
     position = (logarithm - centre) / spread
 
     sums = counts.sum(axis=2)
-    # Fit one of several states that the same samples exceed, and no state that no sample or every sample exceeds.
+    # If several states are exceeded by the same samples, fit one. Omit states that no sample or every sample exceeds.
     is_first = np.diff(sums, axis=1, prepend=-1.0) != 0
     is_kept = is_first & (sums > 0) & (sums < trials.sum(axis=1, keepdims=True))
     median, dispersion = np.full((2, len(counts), states), np.nan)
@@ -80,7 +81,7 @@ def fit_ordinal(
         missing = np.full(good.shape, NO_FINITE_MEDIAN)
         missing[slope <= 0] = NOT_INCREASING
         missing[(outcome[rows][:, kept] == SEPARATED).all(axis=1)] = SEPARATED
-        # States that the same samples exceed get the same curve.
+        # States that are exceeded by the same samples get the same curve.
         source = np.maximum.accumulate(np.where(pattern, np.arange(states), -1))
         for state in np.flatnonzero(source >= 0):
             of = int(np.searchsorted(kept, source[state]))
@@ -100,10 +101,10 @@ def influences_of_cells(
 
     Args:
         levels: Intensity of each stripe, shape [im_level].
-        exceeding: Exceeding samples of a cell, shape [record, group, im_level, ..., damage_state].
-        valid: Samples of a cell, shape [record, group, im_level].
-        median: Medians of `fit_ordinal` for the sums over the cells, shape [..., damage_state].
-        dispersion: Dispersions of `fit_ordinal`.
+        exceeding: Number of exceeding samples of each cell, shape [record, group, im_level, ..., damage_state].
+        valid: Number of samples of each cell, shape [record, group, im_level].
+        median: Medians from `fit_ordinal` for the sums over all cells, shape [..., damage_state].
+        dispersion: Dispersions [1] from `fit_ordinal`, shape [..., damage_state].
 
     Returns:
         The contributions, shape [record, group, 2, ..., damage_state], and the variances if all samples were
@@ -143,31 +144,39 @@ def influences_of_cells(
 
 
 def _in_each_state(exceeding: np.ndarray, trials: np.ndarray) -> np.ndarray:
-    """Return the number of samples in each damage state, "none" first, shape [row, damage_state + 1, im_level]."""
+    """Return the number of samples in exactly each damage state, no damage first, [row, damage_state + 1, im_level].
+
+    Args:
+        exceeding: Number of samples that exceed each state, shape [row, damage_state, im_level].
+        trials: Number of samples, shape [row, im_level].
+    """
     with_all = np.concatenate([trials[:, None], exceeding, np.zeros_like(trials[:, None])], axis=1)
     return -np.diff(with_all, axis=1)
 
 
 def _start(position: np.ndarray, exceeding: np.ndarray, trials: np.ndarray) -> np.ndarray:
-    """Return the slope 0 and the intercepts at which every level has the overall fraction of each state."""
+    """Return start parameters: slope 0, and intercepts that give the overall fraction of each state at every level.
+
+    The shape is [row, damage_state + 1]; the slope is last. `exceeding` and `trials`: see `_in_each_state`.
+    """
     share = exceeding.sum(axis=2) / trials.sum(axis=1, keepdims=True)
     return np.column_stack([ndtri(share), np.zeros(len(share))])
 
 
 def _likelihood(position: np.ndarray, parameters: np.ndarray, counts: np.ndarray) -> Evaluation:
-    """Return log-likelihood, gradient and negative second derivatives with respect to intercepts and slope.
+    """Return log-likelihood, gradient and negative second derivatives with respect to all intercepts and the slope.
 
     Args:
         position: Logarithm of each level, shape [im_level].
-        parameters: Intercept of each state, from the lightest to the heaviest, and slope, shape [row, damage_state +
+        parameters: Intercepts of the states, from the lightest to the heaviest, and slope, shape [row, damage_state +
             1].
-        counts: Number of samples in each state, "none" first, shape [row, damage_state + 1, im_level].
+        counts: Number of samples in each state, no damage first, shape [row, damage_state + 1, im_level].
     """
     rows, states = parameters.shape[0], parameters.shape[1] - 1
     score = parameters[:, :-1, None] + parameters[:, -1:, None] * position
     log_share, above, below = _densities(position, parameters, counts)
     value = np.where(counts > 0, counts * log_share, 0.0).sum(axis=(1, 2))
-    value[~(np.diff(parameters[:, :-1], axis=1) < 0).all(axis=1)] = -np.inf  # curves that cross
+    value[~(np.diff(parameters[:, :-1], axis=1) < 0).all(axis=1)] = -np.inf  # curves that cross are not allowed
     slope = counts[:, 1:] * above - counts[:, :-1] * below
     own = score * slope + counts[:, 1:] * above**2 + counts[:, :-1] * below**2
     between = -counts[:, 1:-1] * above[:, :-1] * below[:, 1:]
@@ -184,12 +193,12 @@ def _likelihood(position: np.ndarray, parameters: np.ndarray, counts: np.ndarray
 
 
 def _gradients(position: np.ndarray, parameters: np.ndarray, counts: np.ndarray) -> np.ndarray:
-    """Return the gradient of each cell's log-likelihood at one row of parameters; it is linear in the counts.
+    """Return the gradient of each cell's log-likelihood at one row of parameters, shape [cell, damage_state + 1].
 
     Args:
         position: Logarithm of each level, shape [im_level].
         parameters: Intercepts and slope, shape [1, damage_state + 1].
-        counts: Number of samples of each cell in each state, "none" first, shape [cell, damage_state + 1, im_level].
+        counts: Number of samples of each cell in each state, no damage first, [cell, damage_state + 1, im_level].
     """
     one = np.ones((1, *counts.shape[1:]))
     above, below = _densities(position, parameters, one)[1:]
@@ -200,14 +209,17 @@ def _gradients(position: np.ndarray, parameters: np.ndarray, counts: np.ndarray)
 def _densities(
     position: np.ndarray, parameters: np.ndarray, counts: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return ln(probability) of each state, and the densities at its upper and lower edge divided by the probability.
+    """Return ln(probability) of each state, and normal densities at its edges divided by the probability.
 
-    The densities are 0 for states without samples.
+    Returns:
+        ln(probability), shape [row, damage_state + 1, im_level]; density at the upper edge of states 1 to the last
+        divided by their probability; density at the lower edge of states 0 to the last but one divided by their
+        probability. The densities are 0 for states without samples (`counts`).
     """
     score = parameters[:, :-1, None] + parameters[:, -1:, None] * position
     edge = np.full((len(parameters), 1, position.size), np.inf)
     high, low = np.concatenate([edge, score], axis=1), np.concatenate([score, -edge], axis=1)
-    # Subtract probabilities of the tail in which both are small, to avoid cancellation.
+    # Subtract probabilities in the tail in which both are small, to avoid cancellation.
     is_right = low > 0
     upper, lower = np.where(is_right, -low, high), np.where(is_right, -high, low)
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):

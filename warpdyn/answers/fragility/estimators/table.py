@@ -1,4 +1,4 @@
-"""The table of estimators of fragility curves from stripe counts."""
+"""Table of the estimators that fit fragility curves to stripe counts."""
 
 from __future__ import annotations
 
@@ -28,11 +28,11 @@ assert FIT_MEANINGS.index("penalised") == PENALISED
 
 @dataclass(frozen=True)
 class CurveShape:
-    """Shape of fragility curves, i.e. the probability of exceedance as a function of median and dispersion.
+    """Shape of fragility curves: the probability of exceedance as a function of median and dispersion.
 
     Args:
         name: "lognormal" or "loglogistic", the attribute `fragility_shape` of curves.
-        probability: Function of intensity, median and dispersion (arrays that broadcast), which returns the probability
+        probability: Function of intensity, median and dispersion (arrays that broadcast) that returns the probability
             of exceedance. The dispersion is the standard deviation of ln(capacity).
     """
 
@@ -41,7 +41,7 @@ class CurveShape:
 
 
 def loglogistic_probability(intensity: ArrayLike, median: ArrayLike, dispersion: ArrayLike) -> np.ndarray:
-    """Return the probability of exceedance by a loglogistic fragility curve; see `probability`."""
+    """Return the probability of exceedance by a loglogistic fragility curve; arguments: see `probability`."""
     with np.errstate(divide="ignore"):
         return expit(LOGIT.deviation * (np.log(intensity) - np.log(median)) / np.asarray(dispersion))
 
@@ -51,18 +51,20 @@ LOGNORMAL, LOGLOGISTIC = CurveShape("lognormal", probability), CurveShape("loglo
 
 @dataclass(frozen=True)
 class Estimator:
-    """A method of fitting curves to stripe counts.
+    """A method that fits fragility curves to stripe counts.
 
     Args:
-        method: Value of the attribute `fragility_method`.
+        method: Text for the attribute `fragility_method` of the curves.
         shape: Shape of the curves.
-        fit: Function of levels [im_level], exceeding [..., damage_state, im_level], total (broadcast with exceeding)
-            and start (median and dispersion, or None). It returns medians, dispersions and outcomes (indices into
-            FIT_MEANINGS), each of shape [..., damage_state].
-        influences: Function of levels, exceeding [record, group, im_level, ..., damage_state], trials
-            [record, group, im_level], medians and dispersions. It returns the first-order contribution of each cell
-            (one record, one group of structures) to ln(median) and ln(dispersion), shape [record, group, 2, ...,
-            damage_state], and the variances of both if all samples were independent.
+        fit: Function that fits curves. Arguments: levels, shape [im_level]; numbers of exceeding samples, shape [...,
+            damage_state, im_level]; numbers of samples, which broadcast with them; and start (median and dispersion, or
+            None). It returns medians, dispersions and outcomes (indices into FIT_MEANINGS), each of shape [...,
+            damage_state].
+        influences: Function that returns the first-order contribution of each cell (one record and one group of
+            structures) to ln(median) and ln(dispersion), shape [record, group, 2, ..., damage_state], and the variances
+            of both if all samples were independent. Arguments: levels; numbers of exceeding samples, shape [record,
+            group, im_level, ..., damage_state]; numbers of samples, shape [record, group, im_level]; medians;
+            dispersions.
     """
 
     method: str
@@ -97,7 +99,7 @@ ESTIMATORS = {
 
 
 def estimator_of(name: str) -> Estimator:
-    """Return the estimator with this name; a ValueError for an unknown name lists the names.
+    """Return the estimator with this name, or raise a ValueError that lists the allowed names.
 
     Example:
         >>> estimator_of("ordinal").shape.name

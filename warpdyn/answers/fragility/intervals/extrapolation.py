@@ -1,9 +1,9 @@
-"""Medians outside the intensities that were run: marked as extrapolations, or NaN.
+"""Medians outside the range of intensities that were run: they are marked as extrapolations, or replaced by NaN.
 
-If all levels are on one side of the median, the curve is extrapolated, and its slope is determined poorly by few
-exceedances. The data do not determine the median if 1.96 standard errors of ln(median) are more than ln(4), so that the
-true median may be 4 times larger or smaller, or if the fit fails when one of the records is left out. The quantile 1.96
-is that of a normal distribution, so that the result does not depend on the number of structures.
+If all levels are on one side of the median, the curve is extrapolated, and a few exceedances determine its slope only
+poorly. The data do not determine the median in two cases: if 1.96 standard errors of ln(median) are more than ln(4), so
+that the true median may be 4 times larger or smaller, or if the fit fails when one of the records is left out. The
+quantile 1.96 is that of a normal distribution, so that the result does not depend on the number of structures.
 """
 
 from __future__ import annotations
@@ -18,22 +18,22 @@ from warpdyn.answers.fragility.estimators.binomial import PENALISED, UNDETERMINE
 from warpdyn.answers.fragility.intervals.jackknife import FARTHEST_DRAW, LeftOut, trusted
 from warpdyn.foundations.core.output_variables import EXTRAPOLATED, MEDIAN_MEANINGS, NO_MEDIAN, WITHIN_LEVELS
 
-# Recommended levels end at LEAST_BEYOND to MOST_BEYOND times the highest run level (or its inverse below): with a
-# factor of 1.25, three levels still differ in two digits.
+# The recommended levels end at LEAST_BEYOND to MOST_BEYOND times the highest level (or at the lowest level divided by
+# this factor): with a factor of 1.25, three levels still differ in two digits.
 LEAST_BEYOND, MOST_BEYOND = 1.25, 4.0
-DIGITS = 2  # significant digits of recommended levels
-REACH = 1.96  # standard errors: the 97.5 % quantile of a normal distribution
+DIGITS = 2  # number of significant digits of recommended levels
+REACH = 1.96  # number of standard errors: the 97.5 % quantile of a normal distribution
 
 
 @dataclass(frozen=True, eq=False)
 class Marked:
-    """Fits with the position of each median; medians that the data do not determine are NaN.
+    """Fits of fragility curves with the position of each median; medians that the data do not determine are NaN.
 
     Args:
         left: The fits.
         outcome: Outcome of each fit, an index into `FIT_MEANINGS`, shape [row ...].
-        status: Position of each median, an index into `MEDIAN_MEANINGS`, shape [row ...].
-        fitted: All fitted medians, shape [row ...].
+        status: Position of each median among the levels, an index into `MEDIAN_MEANINGS`, shape [row ...].
+        fitted: All fitted medians, including undetermined ones, shape [row ...].
     """
 
     left: LeftOut
@@ -48,12 +48,12 @@ def mark(
     lowest: ArrayLike,
     highest: ArrayLike,
 ) -> Marked:
-    """Mark the positions of medians; undetermined medians outside the levels become NaN.
+    """Return fits with the position of each median; medians outside the levels become NaN if they are undetermined.
 
     Args:
-        left: The full fits, and the fits without each record and each group of structures.
+        left: The fits to all samples, and the fits without each record and without each group of structures.
         outcome: Outcome of each fit, an index into `FIT_MEANINGS`, shape [row ...].
-        lowest, highest: Lowest and highest intensity that were run, which broadcast to [row ...].
+        lowest, highest: Lowest and highest intensity that were run, of a shape that broadcasts to [row ...].
     """
     fitted = np.exp(left.whole[0])
     is_outside = (fitted < lowest) | (fitted > highest)
@@ -72,12 +72,12 @@ def mark(
 
 
 def status_attributes() -> dict[str, Any]:
-    """Return the attributes of the flag variable of `MEDIAN_MEANINGS`, without `long_name`."""
+    """Return the flag attributes (except `long_name`) of the variable `median_status`, see `MEDIAN_MEANINGS`."""
     return {"flag_values": np.arange(len(MEDIAN_MEANINGS), dtype=np.int8), "flag_meanings": " ".join(MEDIAN_MEANINGS)}
 
 
 def levels_towards(median: float, lowest: float, highest: float, units: str) -> str:
-    """Return a sentence with levels [units] to add beyond the levels that were run, towards the median."""
+    """Return advice, as text, on levels [units] to add between the levels that were run and a median outside them."""
     begin = highest if median > highest else lowest
     beyond = np.clip(max(median / begin, begin / median), LEAST_BEYOND, MOST_BEYOND)
     end = begin * beyond if median > highest else begin / beyond
@@ -95,15 +95,15 @@ def sentences(
     highest: ArrayLike,
     units: str,
 ) -> list[str]:
-    """Return one sentence per damage state whose median is outside the intensities that were run.
+    """Return one sentence for each damage state whose median is outside the intensities that were run.
 
     Args:
         names: Names of the damage states.
-        status: Position of each median, shape [damage_state].
-        outcome: Outcome of each fit, shape [damage_state].
+        status: Position of each median, an index into `MEDIAN_MEANINGS`, shape [damage_state].
+        outcome: Outcome of each fit, an index into `FIT_MEANINGS`, shape [damage_state].
         fitted: All fitted medians, shape [damage_state].
         lowest, highest: Lowest and highest intensity that were run: one value for all states, or shape [damage_state].
-        units: Their units.
+        units: Units of the intensities.
     """
     lowest, highest = (np.broadcast_to(np.asarray(end, dtype=float), fitted.shape) for end in (lowest, highest))
     found = []

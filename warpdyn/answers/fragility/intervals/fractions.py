@@ -18,28 +18,36 @@ def clopper_pearson(exceeding: np.ndarray, total: np.ndarray, confidence: float)
     """Return the exact interval of a binomial probability, from beta quantiles (Clopper and Pearson 1934).
 
     Args:
-        exceeding: Number of exceedances, any shape; it need not be an integer.
-        total: Number of trials.
-        confidence: Probability that the interval covers.
+        exceeding: Number of samples that exceed the state, of any shape; it need not be an integer.
+        total: Number of samples, of a shape that broadcasts with `exceeding`.
+        confidence: Probability that the interval covers the true value [1].
+
+    Returns:
+        Lower bound and upper bound [1], each of the common shape.
     """
     tail, passing = 0.5 - 0.5 * confidence, total - exceeding
-    # Without exceedances (or without passing samples) there is no beta quantile: use any argument, and discard the
-    # result.
+    # If no sample exceeds (or every sample does), there is no beta quantile: compute it for any argument, and discard
+    # the result.
     lower = np.where(exceeding > 0, betaincinv(np.maximum(exceeding, 1e-9), passing + 1, tail), 0.0)
     upper = np.where(passing > 0, betaincinv(exceeding + 1, np.maximum(passing, 1e-9), 1 - tail), 1.0)
     return lower, upper
 
 
 def fraction_intervals(counts: StripeCounts, confidence: float, *, over_structures: bool = True) -> np.ndarray:
-    """Return intervals of the fractions of exceeding samples, if samples share records and structures.
+    """Return intervals of the fractions of exceeding samples, for samples that share records and structures.
 
-    They are Clopper-Pearson intervals for the effective sample size, i.e. the number of independent samples that would
-    have the same variance. The effective sample size is corrected by Student's t, because the variance is estimated
-    from few records (Korn and Graubard 1998, Survey Methodology 24). If all samples exceed or none, each record counts
-    as one sample.
+    The intervals are Clopper-Pearson intervals for the effective sample size, i.e. the number of independent samples
+    that would have the same variance. The effective sample size is corrected by Student's t, because the variance is
+    estimated from few records (Korn and Graubard 1998, Survey Methodology 24). If no sample exceeds or every sample
+    does, each record counts as one sample.
+
+    Args:
+        counts: Numbers of samples by record, structure group, stripe, place and damage state.
+        confidence: Probability that the intervals cover the true value [1].
+        over_structures: Whether intervals include the variability among structures.
 
     Returns:
-        Lower and upper bound, shape [2, place + 1, damage_state, im_level]; NaN for a single record.
+        Lower and upper bounds [1], shape [2, place + 1, damage_state, im_level]; NaN for a single record.
     """
     total, trials = counts.total, counts.trials
     with np.errstate(divide="ignore", invalid="ignore"):

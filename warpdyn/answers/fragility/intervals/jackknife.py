@@ -1,11 +1,12 @@
 """Standard errors of fragility curves by a jackknife over records and structures (Miller 1974).
 
-Every structure runs under every record, so samples share both. Fits without one record at a time give the variance
-among records, and fits without one structure at a time the variance among structures. Both contain the variance of the
-interaction, which is counted only once. If structures are not shared by records (nested design), only records are left
-out. Records that were selected for one level each are compared only with records of the same level. The bias estimated
-by the jackknife is subtracted, and intervals use quantiles of Student's t: with 22 records, percentiles of a bootstrap
-are too narrow and too low, above all for dispersions (measured coverages: docs/explanation/intervals.md).
+Every structure runs under every record, so samples share both. The fits without one record at a time give the variance
+among records, and the fits without one structure at a time give the variance among structures. Both contain the
+variance of the interaction, which is counted only once. If structures are not shared by records (nested design), only
+records are left out. Records that were selected for one level each are compared only with records of the same level.
+The bias that the jackknife estimates is subtracted, and intervals use quantiles of Student's t: with 22 records,
+percentiles of a bootstrap are too narrow and too low, above all for dispersions (measured coverages:
+docs/explanation/intervals.md).
 """
 
 from __future__ import annotations
@@ -22,22 +23,23 @@ from warpdyn.answers.fragility.lognormal_fit import FITTED
 from warpdyn.answers.fragility.maximum_likelihood.newton import covariance_of_influences
 from warpdyn.answers.fragility.stripe_counts import StripeCounts
 
-FARTHEST_DRAW = float(np.log(4.0))  # largest distance of a draw of a logarithm: 4 or 1/4 times the estimate
-FEWEST_KNOWN = 4.0  # degrees of freedom up to which Student's t is far wider than a normal distribution
-# A 95 % interval with 7 degrees of freedom is 1.2 times as wide as that of a normal distribution.
+FARTHEST_DRAW = float(np.log(4.0))  # draws are within 1/4 to 4 times the estimate, or within its interval if wider
+FEWEST_KNOWN = 4.0  # up to this number of degrees of freedom, Student's t is far wider than a normal distribution
+# With 7 degrees of freedom, a 95 % interval is 1.2 times as wide as for a normal distribution.
 ENOUGH_STRUCTURES = "8 groups: 8 structures by Monte Carlo, 32 of a Sobol sequence"
-SOURCES = ("record", "structure", "record and structure")  # of variance; the integration is another source
+SOURCES = ("record", "structure", "record and structure")  # sources of variance; the integration step is another one
 
 
 @dataclass(frozen=True, eq=False)
 class Spread:
-    """Sampling distribution of estimates of any shape.
+    """Sampling distribution of estimates of any shape [...], from a jackknife.
 
     Args:
         centre: The estimates minus their bias.
         by_source: Variance from each of `SOURCES`, shape [3, ...].
-        freedom: Degrees of freedom of the total variance.
-        deviations: Deviations whose squares sum up to the total variance, shape [unit, ...].
+        freedom: Degrees of freedom of the total variance, shape [...].
+        deviations: Deviations for each record and group that was left out; the sum of their squares is the total
+            variance, shape [unit, ...].
     """
 
     centre: np.ndarray
@@ -47,26 +49,26 @@ class Spread:
 
     @property
     def standard_error(self) -> np.ndarray:
-        """Square root of the total variance."""
+        """Square root of the total variance, shape [...]."""
         return np.sqrt(self.by_source.sum(axis=0))
 
     def interval(self, confidence: float) -> np.ndarray:
-        """Return the lower and the upper bound, shape [2, ...]; NaN if the standard error is unknown."""
+        """Return the lower and the upper bound of the interval, shape [2, ...]; NaN if the variance is unknown."""
         half = stdtrit(self.freedom, 0.5 + 0.5 * confidence) * self.standard_error
         return np.stack([self.centre - half, self.centre + half])
 
     def draw(self, count: int, seed: int, confidence: float) -> np.ndarray:
         """Return draws from the joint distribution of all estimates, shape [count, ...].
 
-        Each estimate has the Student's t distribution of its interval, with its own degrees of freedom; the correlation
-        is that of the deviations (grouped t copula, Daul and others 2003, Risk 16(11)). Tails are cut off at the bounds
-        of the interval or at `FARTHEST_DRAW` from the centre, whichever is farther: the heavy tails of few degrees of
-        freedom would give implausible medians and dispersions beyond.
+        Each estimate has the Student's t distribution of its interval, with its own degrees of freedom; the estimates
+        are correlated like the deviations (grouped t copula, Daul and others 2003, Risk 16(11)). Tails are cut off at
+        the bounds of the interval or at `FARTHEST_DRAW` from the centre, whichever is farther. Otherwise the heavy
+        tails for few degrees of freedom would give implausible medians and dispersions.
 
         Args:
             count: Number of draws.
-            seed: Their seed.
-            confidence: Coverage of the interval at whose bounds tails are cut off.
+            seed: Seed of the draws.
+            confidence: Coverage of the interval at whose bounds tails are cut off [1].
         """
         generator = np.random.default_rng(seed)
         normal = generator.standard_normal((count, len(self.deviations)))
@@ -75,7 +77,7 @@ class Spread:
         probability = generator.uniform(size=count).reshape(-1, *[1] * self.centre.ndim)
         freedom = np.where(np.isfinite(self.freedom), self.freedom, 1.0)
         with np.errstate(divide="ignore", invalid="ignore"):
-            # Chi-squared values of all estimates at the same probability, each with the estimate's degrees of freedom.
+            # Chi-squared values of all estimates at the same probability, with the degrees of freedom of each estimate.
             stretch = np.sqrt(freedom / (2.0 * gammaincinv(0.5 * freedom, probability)))
             steps = np.where(sums == 0.0, 0.0, sums * stretch)
         lower, upper = self.interval(confidence)
@@ -85,16 +87,17 @@ class Spread:
 
 @dataclass(frozen=True, eq=False)
 class LeftOut:
-    """A fit, and the same fit without each record and without each group of structures.
+    """Fits of fragility curves to all samples, and to the samples without each record and each group of structures.
 
     Args:
-        whole: ln(median) and ln(dispersion) of the full fit, shape [2, row ...].
-        records: Those of the fits without each record, shape [record, 2, row ...].
-        groups: Those of the fits without each group of structures, shape [group, 2, row ...]; empty for nested designs.
-        interaction: Variance of the logarithms from the interaction of record and structure, shape [2, row ...].
-        binomial: Variance of the logarithms if all samples were independent, shape [2, row ...].
-        influences: First-order contribution of each record to the logarithms, shape [record, 2, row ...].
-        strata: Stratum of each record, shape [record]; None if all are in one stratum. See `strata_of_records`.
+        whole: ln(median) and ln(dispersion) of the fit to all samples, shape [2, row ...].
+        records: ln(median) and ln(dispersion) of the fits without each record, shape [record, 2, row ...].
+        groups: ln(median) and ln(dispersion) of the fits without each group of structures, shape [group, 2, row ...];
+            empty for nested designs.
+        interaction: Variance of both logarithms from the interaction of record and structure, shape [2, row ...].
+        binomial: Variance of both logarithms if all samples were independent, shape [2, row ...].
+        influences: First-order contribution of each record to both logarithms, shape [record, 2, row ...].
+        strata: Number of the stratum of each record, shape [record]; None: one stratum. See `strata_of_records`.
     """
 
     whole: np.ndarray
@@ -107,29 +110,34 @@ class LeftOut:
 
     @cached_property
     def worst(self) -> LeftOut:
-        """The fits at the worst place, which has the last index."""
+        """The fits at the worst place (the last index of the places) only."""
         at = (slice(None), slice(None), -1)
         parts = self.whole[:, -1], self.records[at], self.groups[at]
         return LeftOut(*parts, self.interaction[:, -1], self.binomial[:, -1], self.influences[at], self.strata)
 
     @cached_property
     def spread(self) -> Spread:
-        """Sampling distribution of the logarithms."""
+        """Sampling distribution of ln(median) and ln(dispersion)."""
         return spread_of(self.whole, self.records, self.groups, self.interaction, self.strata)
 
     @property
     def sandwich(self) -> np.ndarray:
-        """Cluster-robust variance of the logarithms, with records as clusters, shape [2, row ...]."""
+        """Cluster-robust variance of ln(median) and ln(dispersion), with records as clusters, shape [2, row ...]."""
         return np.einsum("ii...->i...", covariance_of_influences(self.influences))
 
 
 def leave_out(
     counts: StripeCounts, estimator: Estimator, *, over_structures: bool = True
 ) -> tuple[LeftOut, np.ndarray]:
-    """Fit curves to all counts, and to the counts without each record and without each group of structures.
+    """Fit curves to all samples, and to the samples without each record and without each group of structures.
+
+    Args:
+        counts: Numbers of samples by record, structure group, stripe, place and damage state.
+        estimator: Method of fitting curves.
+        over_structures: Whether groups of structures are left out, too.
 
     Returns:
-        The fits, and the outcome of the full fit as an index into `FIT_MEANINGS`, shape [place + 1, damage_state].
+        The fits; the outcome of the fit to all samples, an index into `FIT_MEANINGS`, shape [place + 1, damage_state].
     """
     fit = estimator.fit
     median, dispersion, outcome = fit(counts.levels, counts.total, counts.trials, None)
@@ -149,7 +157,7 @@ def leave_out(
 
 
 def leaves_out_structures(counts: StripeCounts, over_structures: bool) -> bool:
-    """Return whether the jackknife leaves out groups of structures as well as records."""
+    """Return whether the jackknife leaves out groups of structures in addition to records."""
     return over_structures and counts.is_crossed and counts.valid.shape[1] > 1
 
 
@@ -160,16 +168,16 @@ def without_each(
     *,
     is_crossed: bool,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return an estimate without each record, and without each group of structures, shape [part, ...].
+    """Return an estimate without each record, [record, ...], and without each group of structures, [group, ...].
 
-    With a single record, the array without each record is empty.
+    If there is only one record, the first array is empty.
 
     Args:
-        counts: The counts.
-        estimate: Function of exceeding samples, shape [part, place + 1, damage_state, im_level], and of counted
-            samples, which broadcast with the former.
-        shape: Shape of the estimate.
-        is_crossed: Whether groups of structures are left out. If not, their array is empty.
+        counts: Numbers of samples by record, structure group, stripe, place and damage state.
+        estimate: Function of numbers of exceeding samples, shape [part, place + 1, damage_state, im_level], and of
+            numbers of samples, of a shape that broadcasts with it. It returns the estimates, shape [part, ...].
+        shape: Shape [...] of the estimate.
+        is_crossed: Whether groups of structures are left out; otherwise the second array is empty.
     """
 
     def without(exceeding: np.ndarray, valid: np.ndarray) -> np.ndarray:
@@ -187,14 +195,14 @@ def spread_of(
     interaction: np.ndarray,
     strata: np.ndarray | None = None,
 ) -> Spread:
-    """Return the sampling distribution of an estimate from its values without each record and each group.
+    """Return the sampling distribution of an estimate, from its values without each record and each group.
 
     Args:
-        estimate: The estimate, of any shape.
-        records: Its values without each record, shape [record, ...]; if this is empty, the variance is unknown.
-        groups: Its values without each group of structures, shape [group, ...]; may be empty.
-        interaction: Variance from the interaction of record and structure.
-        strata: Stratum of each record; None if all are in one stratum.
+        estimate: The estimate, of any shape [...].
+        records: Values of the estimate without each record, shape [record, ...]; empty: the variance is unknown.
+        groups: Values of the estimate without each group of structures, shape [group, ...]; may be empty.
+        interaction: Variance from the interaction of record and structure, shape [...].
+        strata: Number of the stratum of each record; None: all records are in one stratum.
     """
     if not len(records):
         none = np.full(estimate.shape, np.nan)
@@ -205,7 +213,7 @@ def spread_of(
         return Spread(estimate + centre, by_source, freedom, steps)
     shift, of_groups, steps_of_groups, _ = _jackknife(estimate, groups)
     interaction = np.minimum(interaction, np.minimum(of_records, of_groups))
-    own = of_groups - interaction  # the variance among records contains the interaction, too
+    own = of_groups - interaction  # without the interaction, which the variance among records already contains
     by_source = np.stack([of_records - interaction, own, interaction])
     with np.errstate(divide="ignore", invalid="ignore"):
         # Welch (1947) and Satterthwaite (1946).
@@ -218,9 +226,15 @@ def spread_of(
 def _jackknife(
     estimate: np.ndarray, left_out: np.ndarray, strata: np.ndarray | None = None
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Return the bias correction, the variance, deviations whose squares sum up to it, and its degrees of freedom.
+    """Return bias correction, variance, deviations and degrees of freedom from estimates without each unit.
 
-    Corrections and variances of strata are added; a unit is compared only with units of its stratum.
+    The sum of the squared deviations is the variance. Corrections and variances of strata are added; a unit (record or
+    group) is compared only with units of its stratum.
+
+    Args:
+        estimate: The estimate from all units, of any shape [...].
+        left_out: The estimates without each unit, shape [unit, ...].
+        strata: Number of the stratum of each unit; None: one stratum.
     """
     strata = np.zeros(len(left_out), dtype=np.int64) if strata is None else strata
     correction, variance, squares = (np.zeros(estimate.shape) for _ in range(3))
@@ -242,9 +256,11 @@ def _jackknife(
 
 
 def interaction_variance(influences: np.ndarray, strata: np.ndarray | None = None) -> np.ndarray:
-    """Return the variance from the interaction of record and group, for influences [record, group, ...].
+    """Return the variance of an estimate from the interaction of record and group of structures, shape [...].
 
-    Variances of strata of records are added.
+    Args:
+        influences: Contributions of each pair of a record and a group to the estimate, shape [record, group, ...].
+        strata: Number of the stratum of each record, whose variances are added; None: one stratum.
     """
     if strata is not None and strata.any():
         parts = [interaction_variance(influences[strata == number]) for number in np.unique(strata)]
@@ -259,7 +275,7 @@ def interaction_variance(influences: np.ndarray, strata: np.ndarray | None = Non
 
 
 def few_groups(left: LeftOut, has_interval: np.ndarray, states: tuple[str, ...]) -> list[str]:
-    """Return a list with one sentence if intervals rest on too few groups of structures, otherwise an empty list.
+    """Return a list with one sentence if intervals are based on too few groups of structures; otherwise an empty list.
 
     Args:
         left: The fits at the worst place.
@@ -279,10 +295,11 @@ def few_groups(left: LeftOut, has_interval: np.ndarray, states: tuple[str, ...])
 
 
 def trusted(left: LeftOut, outcome: np.ndarray) -> np.ndarray:
-    """Return whether the full fit and all fits without a record or group exist, shape [row ...].
+    """Return whether the fit to all samples and all fits without a record or group exist, shape [row ...].
 
-    A penalised fit does not count: if one record is left out, its stripes are nearly the same, so the jackknife would
-    be too narrow (95 % intervals covered the median in only 72 % of 134 cases of 11 records at 6 levels).
+    A penalised fit is not trusted: its stripes are nearly the same if one record is left out, so the interval of the
+    jackknife would be too narrow (95 % intervals covered the median in only 72 % of 134 cases of 11 records at 6
+    levels).
     """
     parts = np.concatenate([left.records, left.groups])
     return (outcome == FITTED) & np.isfinite(parts).all(axis=(0, 1)) & (len(left.records) > 1)

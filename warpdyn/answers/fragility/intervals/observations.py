@@ -1,4 +1,4 @@
-"""Record and structure of each observation, and the groups of observations that the jackknife leaves out."""
+"""Record and structure of each observation, and the groups of observations that a jackknife leaves out."""
 
 from __future__ import annotations
 
@@ -10,17 +10,17 @@ import numpy as np
 from warpdyn.answers.fragility.intervals.jackknife import LeftOut, interaction_variance
 from warpdyn.answers.fragility.stripe_counts import structure_groups
 
-MOST_PARTS = 256  # most groups of records to leave out; more would not make the variance more precise
+MOST_PARTS = 256  # largest number of groups of records that are left out; more do not make the variance more precise
 
 
 @dataclass(frozen=True, eq=False)
 class Observations:
-    """Record and structure of each observation.
+    """Record and structure of each observation (a capacity or a sample of a cloud), for a jackknife.
 
     Args:
         record: Index of the record of each observation, shape [observation].
-        structure: Index of its structure.
-        sampling: Sampling method of the structures, as in `Scene.sampling`; "" if unknown.
+        structure: Index of the structure of each observation, shape [observation].
+        sampling: Sampling method of the structures, see `Scene.sampling`; "" if it is unknown.
         over_structures: Whether intervals include the variability among structures.
     """
 
@@ -31,7 +31,7 @@ class Observations:
 
     @cached_property
     def records(self) -> int:
-        """Number of records."""
+        """Number of different records among the observations."""
         return int(self._record.max()) + 1
 
     @cached_property
@@ -51,12 +51,16 @@ class Observations:
 
     @property
     def parts(self) -> int:
-        """Number of fits without records: one per record, or one per group of records if there are many."""
+        """Number of fits without records: the number of records, at most MOST_PARTS (then groups are left out)."""
         return min(self.records, MOST_PARTS)
 
     @cached_property
     def weights(self) -> np.ndarray:
-        """Weights [row, observation] of the full fit and of the fits without each part of records and each group."""
+        """Weights of the observations for each fit, shape [row, observation].
+
+        The first row is the fit to all observations. The next rows leave out each part of the records, the last rows
+        each group of structures.
+        """
         whole = np.ones((1, self._record.size))
         if self.records < 2:
             return whole
@@ -66,17 +70,17 @@ class Observations:
         return np.concatenate([whole, *without]).astype(np.float64)
 
     def split(self, values: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Split values along rows: the full fit, the fits without each part of the records, and without each group."""
+        """Split values [row, ...] of all fits: without omission; without each part of records; without each group."""
         last = 1 if self.records < 2 else 1 + self.parts
         return values[0], values[1:last], values[last:]
 
     def left_out(self, logarithms: np.ndarray, influences: np.ndarray, independent: np.ndarray) -> LeftOut:
-        """Return the fits for all rows of weights, for the jackknife.
+        """Return the fits for all rows of weights in the form that the jackknife uses.
 
         Args:
             logarithms: ln(median) and ln(dispersion) of each fit, shape [row, 2, damage_state].
-            influences: Contribution of each observation to both, shape [observation, 2, damage_state].
-            independent: Variances of both if all observations were independent, shape [2, damage_state].
+            influences: Contribution of each observation to both logarithms, shape [observation, 2, damage_state].
+            independent: Variances of both logarithms if all observations were independent, shape [2, damage_state].
         """
         whole, records, without_groups = self.split(logarithms)
         groups, group = self._grouped

@@ -1,6 +1,6 @@
-"""Strata of records: if each level of an MSA has its own records, only records of one level are compared.
+"""Strata of records: if each level of a multiple stripe analysis has its own records, only these are compared.
 
-Variances of the strata are added (stratified sampling: Cochran 1977, Sampling Techniques, section 5.3).
+The variances of the strata are added (stratified sampling: Cochran 1977, Sampling Techniques, section 5.3).
 """
 
 from __future__ import annotations
@@ -11,12 +11,12 @@ from scipy.sparse.csgraph import connected_components
 
 
 def strata_of_records(is_run: np.ndarray) -> np.ndarray:
-    """Return the stratum of each record, from 0: two records are in one stratum if they share a level.
+    """Return the number of each record's stratum, shape [record]: records that share a level are in one stratum.
 
     Sharing is transitive: A and C are in one stratum if A shares a level with B, and B shares a level with C. Records
-    that all run at every level (crossed) are one stratum. Single observations, each of another record at its own level,
-    are one stratum too: they are one sample of records and levels. A stratum with only one record is merged with the
-    next higher one (collapsed strata: Cochran 1977, section 5A.12), which is conservative.
+    that all run at every level (crossed design) are one stratum. If no two records share a level, all records are one
+    stratum too: they are one sample of records and levels. A stratum with only one record is merged with the stratum at
+    the next higher level (collapsed strata: Cochran 1977, section 5A.12), which is conservative.
 
     Args:
         is_run: Whether a record has samples at a level, shape [record, im_level], levels increasing.
@@ -30,7 +30,7 @@ def strata_of_records(is_run: np.ndarray) -> np.ndarray:
         return np.zeros(records, dtype=np.int64)
     lowest = np.full(numbers.size, levels)
     np.minimum.at(lowest, stratum[record], level)
-    order = np.argsort(lowest, kind="stable")  # strata by their lowest level
+    order = np.argsort(lowest, kind="stable")  # the strata in the order of their lowest level
     merged, count, waiting = np.zeros(numbers.size, dtype=np.int64), 0, 0
     for place in order:
         merged[place] = count

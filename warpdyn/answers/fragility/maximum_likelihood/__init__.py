@@ -1,1 +1,1 @@
-"""Likelihoods of binomial counts, and Newton's method on many small likelihoods at once."""
+"""Likelihoods of binomial counts, and Newton's method for many small likelihoods at the same time."""

@@ -1,4 +1,4 @@
-"""Binomial likelihood of a score that is linear in the logarithm of the level, by probit or logit."""
+"""Binomial likelihood of exceedance counts whose score is linear in the logarithm of the level, by probit or logit."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ _LOG_SQRT_2PI = 0.5 * np.log(2.0 * np.pi)
 
 @dataclass(frozen=True, eq=False)
 class Link:
-    """Distribution of the standardised capacity, which turns a score into a probability.
+    """Symmetric distribution of the standardised capacity, which converts a score to a probability (probit or logit).
 
     Args:
-        log_cumulative: Logarithm of the probability of a score; the distribution is symmetric.
-        log_density: Logarithm of the density.
-        slope: Derivative of the logarithm of the density.
+        log_cumulative: Function that returns ln of the cumulative probability of a score.
+        log_density: Function that returns ln of the probability density.
+        slope: Function that returns the derivative of ln of the density.
         deviation: Standard deviation of the distribution.
     """
 
@@ -37,14 +37,18 @@ LOGIT = Link(log_expit, lambda z: log_expit(z) + log_expit(-z), lambda z: 1.0 - 
 def likelihood(
     link: Link, position: np.ndarray, parameters: np.ndarray, exceeding: np.ndarray, passing: np.ndarray
 ) -> Evaluation:
-    """Return log-likelihood, gradient and negative second derivatives for score = intercept + slope x position.
+    """Return log-likelihood, gradient and negative second derivatives for the score intercept + slope x position.
 
     Args:
         link: Probit or logit.
         position: Logarithm of each level, shape [im_level].
         parameters: Intercept and slope, shape [row, 2].
-        exceeding: Number of exceeding samples, shape [row, im_level].
-        passing: Number of samples that do not exceed, shape [row, im_level].
+        exceeding: Number of samples that exceed the state, shape [row, im_level].
+        passing: Number of samples that do not exceed the state, shape [row, im_level].
+
+    Returns:
+        Log-likelihood, shape [row]; gradient with respect to intercept and slope, shape [row, 2]; negative second
+        derivatives, shape [row, 2, 2].
     """
     score = parameters[:, :1] + parameters[:, 1:] * position
     above, below, density = link.log_cumulative(score), link.log_cumulative(-score), link.log_density(score)
@@ -56,11 +60,11 @@ def likelihood(
 
 
 def gradient_in_line(slope: np.ndarray, position: np.ndarray) -> np.ndarray:
-    """Return the gradient with respect to intercept and slope, shape [row, 2], from that with respect to the scores."""
+    """Return derivatives by intercept and slope, [row, 2], from derivatives `slope` by the scores, [row, im_level]."""
     return np.stack([slope.sum(axis=1), slope @ position], axis=1)
 
 
 def information_in_line(weight: np.ndarray, position: np.ndarray) -> np.ndarray:
-    """Return second derivatives with respect to intercept and slope, shape [row, 2, 2], from those of the scores."""
+    """Return second derivatives by intercept and slope, [row, 2, 2], from derivatives by scores, [row, im_level]."""
     moments = [weight.sum(axis=1), weight @ position, weight @ position**2]
     return np.stack([moments[0], moments[1], moments[1], moments[2]], axis=1).reshape(-1, 2, 2)

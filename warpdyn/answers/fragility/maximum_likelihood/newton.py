@@ -1,4 +1,4 @@
-"""Newton's method for many small likelihoods at once, and cluster-robust covariances of estimates."""
+"""Newton's method for many small likelihoods at the same time, and cluster-robust covariances of estimates."""
 
 from __future__ import annotations
 
@@ -6,12 +6,12 @@ from collections.abc import Callable
 
 import numpy as np
 
-Evaluation = tuple[np.ndarray, np.ndarray, np.ndarray]
+Evaluation = tuple[np.ndarray, np.ndarray, np.ndarray]  # value, gradient, negative second derivatives
 
-_ITERATIONS = 200  # usually 5 to 10 are needed; more if the information only approximates the curvature
-_HALVINGS = 40
-_TOLERANCE = 1e-10  # on the step, relative to the parameters
-_RIDGE = 1e-14  # added to a unit diagonal, so that rounding makes no matrix singular
+_ITERATIONS = 200  # usually 5 to 10 are needed; more if `information` only approximates the second derivatives
+_HALVINGS = 40  # largest number of halvings of a step
+_TOLERANCE = 1e-10  # largest step at convergence, relative to the parameters
+_RIDGE = 1e-14  # added to a unit diagonal, so that rounding does not make a matrix singular
 
 
 def maximise(evaluate: Callable[[np.ndarray, np.ndarray], Evaluation], start: np.ndarray) -> np.ndarray:
@@ -35,7 +35,7 @@ def maximise(evaluate: Callable[[np.ndarray, np.ndarray], Evaluation], start: np
     value, gradient, information = evaluate(parameters[active], active)
     for _ in range(_ITERATIONS):
         current, step = parameters[active], _solved(information, gradient)
-        # Accept the step if the function is constant within rounding.
+        # A step at which the function is constant within rounding is accepted.
         least = value - 1e-13 * np.abs(value)
         trial = np.arange(active.size)
         for _ in range(_HALVINGS):
@@ -46,7 +46,7 @@ def maximise(evaluate: Callable[[np.ndarray, np.ndarray], Evaluation], start: np
             if not trial.size:
                 break
             step[trial] *= 0.5
-        step[trial] = np.nan  # no point along the step is better: there is no maximum
+        step[trial] = np.nan  # no point along the step is better: the function has no maximum
         parameters[active] = current + step
         size, magnitude = np.abs(step).max(axis=1), 1.0 + np.abs(current).max(axis=1)
         arrived = active[size <= _TOLERANCE * magnitude]
@@ -61,15 +61,16 @@ def maximise(evaluate: Callable[[np.ndarray, np.ndarray], Evaluation], start: np
 def covariance_of_influences(influences: np.ndarray) -> np.ndarray:
     """Return the cluster-robust covariance of estimates (Liang and Zeger 1986, Biometrika 73).
 
-    It is inverse information x sum of the outer products of the clusters' scores x inverse information (the sandwich),
-    times n / (n - 1) for n clusters. Observations of one cluster, such as those of one record, may be correlated.
+    The covariance (sandwich) is: inverse information x sum of the outer products of the clusters' scores x inverse
+    information, times n / (n - 1) for n clusters. Observations of one cluster, such as those of one record, may be
+    correlated.
 
     Args:
-        influences: First-order contribution of each cluster, i.e. its score times the inverse of the information of all
-            clusters, shape [cluster, estimate, ...].
+        influences: First-order contribution of each cluster to the estimates, i.e. its score times the inverse of the
+            information of all clusters, shape [cluster, estimate, ...].
 
     Returns:
-        Shape [estimate, estimate, ...]; NaN for a single cluster.
+        The covariances, shape [estimate, estimate, ...]; NaN for a single cluster.
     """
     clusters = len(influences)
     factor = clusters / (clusters - 1) if clusters > 1 else np.nan
@@ -77,7 +78,7 @@ def covariance_of_influences(influences: np.ndarray) -> np.ndarray:
 
 
 def _solved(information: np.ndarray, gradient: np.ndarray) -> np.ndarray:
-    """Return the Newton step of each row; NaN if the row's information matrix is singular."""
+    """Return the Newton step of each row, shape [row, parameter]; NaN if the information matrix is singular."""
     if gradient.shape[1] == 2:
         return _solved_pairs(information, gradient)
     # Scale to a unit diagonal, because parameters may have very different sizes.
@@ -95,7 +96,7 @@ def _solved(information: np.ndarray, gradient: np.ndarray) -> np.ndarray:
 
 
 def _solved_pairs(information: np.ndarray, gradient: np.ndarray) -> np.ndarray:
-    """Return the Newton steps of two parameters in closed form, in half the time of `_solved`."""
+    """Return the Newton steps for two parameters in closed form, shape [row, 2], in half the time of `_solved`."""
     scale = np.sqrt(np.maximum(information[:, [0, 1], [0, 1]], np.finfo(np.float64).tiny))
     coupling = information[:, 0, 1] / (scale[:, 0] * scale[:, 1])
     scaled = gradient / scale

@@ -1,1 +1,1 @@
-"""Sample size: number of structures for a given precision, and levels between which curves rise."""
+"""Sample size: the number of structures for a given precision, and the levels at which fragility curves rise."""

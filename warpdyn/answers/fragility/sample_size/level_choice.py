@@ -1,4 +1,4 @@
-"""Levels of stripes at which fragility curves rise: at other levels no sample exceeds a limit, or all do."""
+"""Choice of stripe levels at which fragility curves rise: at other levels no sample exceeds a limit, or all do."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ from warpdyn.model.scene.arguments import takes_scene
 from warpdyn.model.scene.scatter import GivenValues
 from warpdyn.model.scene.scene import Scene
 
-PILOT_PAIRS = 40  # smallest number of pairs of structure and motion in the pilot
-PILOT_LADDER, PILOT_TOLERANCE = 1.3, 0.1
+PILOT_PAIRS = 40  # smallest number of pairs of a structure and a motion in the pilot run
+PILOT_LADDER, PILOT_TOLERANCE = 1.3, 0.1  # ratio of levels, and relative width of brackets, in the pilot run
 # Levels are quantiles of a distribution with SPREAD times the dispersions of the capacities. A factor of 1 would be
 # best for medians, but dispersions need levels in the tails of the curves (docs/explanation/intervals.md).
 SPREAD = 1.6
-LEAST_DISPERSION = 0.1  # smaller dispersions, estimated from few pairs, are replaced by this one
+LEAST_DISPERSION = 0.1  # a smaller dispersion, which is estimated from few pairs, is replaced by this one
 MOST_LEVELS = 1000
-DIGITS = 3  # significant digits of levels, so that tables and figures need not round them
+DIGITS = 3  # number of significant digits of levels, so that tables and figures need not round them
 
 
 @takes_scene
@@ -43,30 +43,32 @@ def levels_for(
 ) -> np.ndarray:
     """Return levels for multiple stripe analysis, at which the fragility curves of all damage states rise.
 
-    Histories at levels at which no sample exceeds any limit, or every sample exceeds all limits, give no information. A
-    pilot run therefore finds the capacities of one structure for each motion (by `capacities`, about twenty histories
-    each). The levels are quantiles, evenly spaced in probability, of the capacities of all damage states together, with
-    1.6 times their dispersions, because the tails of a curve determine its dispersion. The structures of the pilot
-    differ from those of the run, so the run is independent of the pilot.
+    If no sample exceeds any limit at a level, or every sample exceeds all limits, the histories at this level give no
+    information. A pilot run therefore finds the capacities (by `capacities`) of one structure for each motion, or of a
+    few more if there are few motions, with about twenty histories each. The levels are quantiles, evenly spaced in
+    probability, of the capacities of all damage states together. The dispersions are increased by a factor of 1.6,
+    because the tails of a curve determine its dispersion. The structures of the pilot run differ from those of the
+    later run, so that the two are independent.
 
     Args:
         scene: The scene; its excitation is a Cloud or Stripes (the levels of Stripes are ignored).
         limits: Limit of each damage state, from the lightest to the heaviest [units of the demand]; only collapse
             exceeds `math.inf`.
-        count: Number of levels; two per damage state and at least six in all are enough
+        count: Number of levels; two per damage state and at least six in total are enough
             (docs/explanation/intervals.md).
-        demand: Variable of the run to compare with the limits, as in `capacities`.
-        method: Integration method of the pilot, as in `simulate`.
-        seed: Seed of the later run; the pilot has another seed that is computed from it.
-        device: "cpu" or "cuda:0"; None for the first GPU, or the CPU without a GPU.
-        threads: CPU threads; None for every core this process may use.
+        demand: Name of the demand that is compared with the limits, as in `capacities`.
+        method: Integration method of the pilot run, as in `simulate`.
+        seed: Seed of the later run; the pilot run uses another seed that is computed from it.
+        device: "cpu" or "cuda:0"; None: the first GPU, or the CPU if there is no GPU.
+        threads: Number of CPU threads; None: every core that this process may use.
 
     Returns:
         Levels of the design's intensity measure, increasing, shape [im_level], in the units of `Stripes`: g for an
         acceleration, otherwise SI units.
 
     Raises:
-        ValueError: If no limit is exceeded by half of the pairs, or `count` is below 2, or as in `capacities`.
+        ValueError: If fewer than half of the pairs exceed any limit, `count` is below 2, or for the reasons in
+            `capacities`.
         TypeError: If `scene` is not a Scene, or its excitation is not a Cloud or Stripes.
 
     Example:
@@ -86,7 +88,7 @@ def levels_for(
         )
     if isinstance(design, Stripes):
         design.check_scaled_to_all("levels_for")
-    # Structures that the user lists belong to the run; the pilot uses median values instead.
+    # Structures that the user lists (GivenValues) are only for the later run; the pilot run uses median values.
     scatter = {name: spread for name, spread in scene.scatter.items() if not isinstance(spread, GivenValues)}
     structures = math.ceil(PILOT_PAIRS / len(design.motions)) if scatter else 1
     # `capacities` ignores this level, but it must be plausible for any measure.
@@ -111,7 +113,13 @@ def levels_for(
 
 
 def _moments(capacity: np.ndarray, states: list[str], design: Cloud | Stripes) -> tuple[np.ndarray, np.ndarray]:
-    """Return median and standard deviation of ln(capacity) of the states that at least half of the pairs reach."""
+    """Return the median and standard deviation of ln(capacity), for states that at least half of the pairs reach.
+
+    Args:
+        capacity: Capacities [units of the intensity measure], shape [..., damage_state].
+        states: Names of the damage states.
+        design: The design, for the units in messages.
+    """
     logarithm = np.log(capacity.reshape(-1, len(states)))
     logarithm = logarithm[~np.isnan(logarithm).any(axis=1)]
     median = np.median(logarithm, axis=0)
@@ -132,7 +140,10 @@ def _moments(capacity: np.ndarray, states: list[str], design: Cloud | Stripes) -
 
 
 def _quantiles(centre: np.ndarray, spread: np.ndarray, count: int) -> np.ndarray:
-    """Return quantiles, evenly spaced in probability, of an equal mixture of normal distributions."""
+    """Return `count` quantiles, evenly spaced in probability, of a mixture of normal distributions of equal weight.
+
+    `centre` and `spread` are the means and standard deviations of the distributions.
+    """
     low, high = (centre - 9 * spread).min(), (centre + 9 * spread).max()
 
     def share_below(level: float, asked: float) -> float:

@@ -1,4 +1,4 @@
-"""Rounds that add structures to every motion until the intervals of the medians are narrow enough."""
+"""Rounds of capacity searches that add structures to every motion until the intervals of the medians are narrow."""
 
 from __future__ import annotations
 
@@ -20,34 +20,36 @@ from warpdyn.foundations.core.messages import no_warnings, warn_caller
 from warpdyn.model.ground_motions.designs import Cloud, Stripes
 from warpdyn.model.scene.scene import Scene
 
-# Relative width of brackets divided by the precision, and limits of the width. The uncertainty within brackets averages
+# Relative width of brackets divided by the precision, and limits of this width. The uncertainty within brackets
+# averages
 # out: a width of 50 % adds ln(1.5)^2 / 12 = 0.014 to the variance of ln(capacity), which is usually 0.05 to 0.2.
 WIDTH_OVER_PRECISION, LEAST_WIDTH, LARGEST_WIDTH = 10 / 3, 0.02, 0.5
-LEAST_RATIO = 1.1  # smallest ratio of neighbouring levels; narrower brackets are found by search between levels
+LEAST_RATIO = 1.1  # smallest ratio of neighbouring levels; narrower brackets are found by a search between levels
 # Brackets determine a dispersion if their width in ln(intensity) is at most WIDEST_OVER_DISPERSION times the
-# dispersion.
+# dispersion; otherwise they are narrowed to NARROWING times the dispersion.
 WIDEST_OVER_DISPERSION, NARROWING = 3.0, 2.0
-# Largest number of rounds, and factor on the number of structures if a prediction was too small.
+# Largest number of rounds, and factor on the number of structures if a prediction of this number was too small.
 MOST_ROUNDS, GROWTH = 6, 1.5
-# Largest error of the integration divided by the precision, and limits of this error.
+# Target error of the integration divided by the precision, and limits of this target error.
 ERROR_SHARE, LEAST_ERROR, LARGEST_ERROR = 0.2, 0.002, 0.02
-PLANNED_LEVELS = 4  # number of levels of the pilot that chooses the step
-# Smallest number of histories for which `plan` is called: its pilot runs about ten thousand histories, most of them
-# with shorter steps. The default step has an error of 0.1 % (studies/decision.py), far below that of the curves.
+PLANNED_LEVELS = 4  # number of levels in the pilot run that chooses the step
+# `plan` is called only if at least this number of histories is expected: its pilot run integrates about ten thousand
+# histories, most of them with shorter steps. The default step has an error of 0.1 % (studies/decision.py), far below
+# the uncertainty of the curves.
 PLANNED_FROM = 50_000
 
 
 @dataclass(eq=False)
 class Rounds:
-    """Rounds that add structures to every motion until the intervals are narrow enough.
+    """Rounds of capacity searches that add structures to every motion until the intervals are narrow enough.
 
     Args:
         scene: The scene.
-        search: `capacities` with its constant arguments.
-        precision: Half the relative width of the intervals.
-        confidence: Probability that the intervals cover.
+        search: The function `capacities` with its constant arguments.
+        precision: Required half width of the intervals of the medians, relative to the median [1].
+        confidence: Probability that the intervals cover the true value [1].
         seed: Seed of the first round.
-        integration: Integration arguments of `capacities`.
+        integration: Arguments of `capacities` for the integration: method and, after a plan, dtype and longest step.
     """
 
     scene: Scene
@@ -66,7 +68,7 @@ class Rounds:
         self.width = float(np.clip(WIDTH_OVER_PRECISION * self.precision, LEAST_WIDTH, LARGEST_WIDTH))
 
     def run(self) -> xr.Dataset:
-        """Add rounds until the precision is reached, or the number of records limits it."""
+        """Add rounds until the precision is reached or limited by the number of records; return the curves."""
         asked, more, is_bound = math.log1p(self.precision), 1, np.array(False)
         while True:
             self._add(more)
@@ -93,7 +95,7 @@ class Rounds:
         return curves
 
     def _add(self, structures: int) -> None:
-        """Find the capacities of more structures for each motion."""
+        """Search the capacities of `structures` more structures for each motion, and add them as a round."""
         seed = self.seed
         if self.begun:
             seed = int(np.random.SeedSequence([self.seed, self.begun]).generate_state(1)[0])
@@ -117,12 +119,12 @@ class Rounds:
         self.begun += 1
 
     def _restart(self) -> None:
-        """Discard the rounds that were run so far."""
+        """Discard all rounds that were run so far, and count their histories as pilot histories."""
         self.pilot_histories += sum(each.attrs["histories"] for each in self.rounds)
         self.rounds = []
 
     def _fit(self, *, quietly: bool) -> xr.Dataset:
-        """Return the curves of all rounds, with half the widths of the medians' intervals."""
+        """Return the curves fitted to all rounds, with half the relative widths of the medians' intervals."""
         with no_warnings() if quietly else nullcontext():
             curves = fragility_from_capacities(_together(self.rounds), confidence=self.confidence, seed=self.seed)
         half = (curves["fragility_median_upper"] / curves["fragility_median_lower"]).values ** 0.5 - 1
@@ -131,7 +133,10 @@ class Rounds:
         return curves.assign(half_width=("damage_state", half, words))
 
     def _narrow_brackets(self, curves: xr.Dataset) -> bool:
-        """Restart with narrower brackets if these do not determine a dispersion; return whether this happens."""
+        """Discard all rounds and narrow the brackets if they determine no dispersion; return whether this happened.
+
+        `curves` are the curves fitted to the rounds so far.
+        """
         reach = math.log1p(self.width)
         if (curves["fit_status"] == SEPARATED).any():
             least = LEAST_WIDTH
@@ -147,9 +152,13 @@ class Rounds:
         return True
 
     def _plan(self, needed: int, count: int) -> bool:
-        """Choose method and step by `plan` if more than PLANNED_FROM histories are expected in all.
+        """Choose method and step by `plan` if more than PLANNED_FROM histories are expected; return whether it did.
 
-        Then the rounds so far are discarded, because they had another method or step. Return whether this happened.
+        The rounds so far are then discarded, because they had another method or step.
+
+        Args:
+            needed: Number of structures per motion that is needed in total.
+            count: Number of structures per motion so far.
         """
         expected = sum(each.attrs["histories"] for each in self.rounds) * needed / count
         if expected <= PLANNED_FROM or "longest_step" in self.integration:
@@ -170,7 +179,7 @@ class Rounds:
         return True
 
     def _label(self, curves: xr.Dataset, bounded_by: str) -> None:
-        """Add the method, the step and the numbers of histories to the attributes of the curves."""
+        """Add the method, the step, the numbers of histories and the records needed to the dataset of the curves."""
         first, motions = self.rounds[0], self.rounds[0].sizes["motion"]
         quantile = stdtrit(motions - 1, 0.5 + 0.5 * self.confidence)
         of_motion = motions * (np.log1p(curves["half_width"].values) / quantile) ** 2
@@ -193,7 +202,13 @@ class Rounds:
         }
 
     def _warn_unless(self, met: np.ndarray, curves: xr.Dataset, is_bound: bool) -> None:
-        """Warn of medians whose precision was not reached, with the number of records that it needs."""
+        """Warn of medians that do not reach the precision, with the number of records that would be needed.
+
+        Args:
+            met: Whether the median of each damage state reaches the precision, shape [damage_state].
+            curves: The curves.
+            is_bound: Whether the records limit the precision, so that more structures do not help.
+        """
         if met.all():
             return
         widths = ", ".join(
@@ -215,7 +230,7 @@ class Rounds:
 
 
 def _together(rounds: list[xr.Dataset]) -> xr.Dataset:
-    """Return the capacities of all rounds in one dataset, with different structures for each round."""
+    """Return the capacities of all rounds in one dataset, in which structures of different rounds are different."""
     parts, before = [], 0
     for found in rounds:
         drawn = found["drawn_structure"]
@@ -226,7 +241,7 @@ def _together(rounds: list[xr.Dataset]) -> xr.Dataset:
 
 
 def _nested(scene: Scene, structures: int) -> Scene:
-    """Return the scene with separate structures for each motion; `capacities` ignores its level."""
+    """Return the scene with `structures` separate structures for each motion; `capacities` ignores the level."""
     design = scene.excitation
     assert isinstance(design, Cloud | Stripes)
     level = [float(np.median(design.intensities))]
@@ -234,7 +249,12 @@ def _nested(scene: Scene, structures: int) -> Scene:
 
 
 def _where_it_counts(scene: Scene, pilot: xr.Dataset) -> Scene:
-    """Return the scene at levels at which its damage states are exceeded, for the choice of the step."""
+    """Return the scene with stripes in the range of the capacities, for the choice of the step.
+
+    Args:
+        scene: The scene with separate structures for each motion.
+        pilot: The capacities found so far.
+    """
     capacity = pilot["capacity"].values
     lowest, highest = np.nanquantile(capacity[np.isfinite(capacity)], [0.16, 0.84])
     design = scene.excitation

@@ -1,4 +1,4 @@
-"""Variances of capacities among motions and structures, and the numbers of both needed for a precision."""
+"""Variances of capacities among motions and among structures, and the numbers of both that a precision needs."""
 
 from __future__ import annotations
 
@@ -9,23 +9,24 @@ import numpy as np
 import xarray as xr
 from scipy.special import stdtrit
 
-MOST_STRUCTURES = 256  # largest number per motion
-SAFETY = 0.95  # predicted interval divided by the required one, because variances are estimates
-# If records limit the precision: variance that structures may add, divided by that of the records (widens the interval
-# by 2.5 %).
+MOST_STRUCTURES = 256  # largest number of structures per motion
+SAFETY = 0.95  # predicted interval divided by the required interval, because variances are estimates
+# If records limit the precision, structures are added until the variance that they cause is this share of the variance
+# among records (which makes the interval 2.5 % wider than with any number of structures).
 LEAST_SHARE = 0.05
-MOST_RECORDS = 10**6
+MOST_RECORDS = 10**6  # largest number of records that is reported as needed
 
 
 @dataclass(frozen=True, eq=False)
 class Variances:
-    """Variances of ln(capacity) for each damage state.
+    """Variances of ln(capacity) among motions and among structures, for each damage state.
 
     Args:
         among: Variance among motions, shape [damage_state].
-        within: Variance among the structures of one motion, including the uncertainty within brackets.
+        within: Variance among the structures of one motion, including the uncertainty within brackets, shape
+            [damage_state].
         motions: Number of motions.
-        confidence: Probability that an interval covers.
+        confidence: Probability that an interval covers the true value [1].
     """
 
     among: np.ndarray
@@ -34,17 +35,19 @@ class Variances:
     confidence: float
 
     def half_width(self, structures: float) -> np.ndarray:
-        """Return half the interval of ln(median) with this number of structures per motion."""
+        """Return half the width of the interval of ln(median), shape [damage_state], for `structures` per motion."""
         return self._quantile * np.sqrt((self.among + self.within / structures) / self.motions)
 
     def structures_for(self, half_width: float) -> tuple[int, np.ndarray]:
-        """Return the number of structures per motion, and the damage states whose precision the records limit.
+        """Return the number of structures per motion that an interval needs, and which states the records limit.
 
-        Structures are not added if they would reduce the interval only little, even if a very large number would reach
-        the precision.
+        If the records limit the precision, structures are added only as long as they reduce the interval noticeably.
 
         Args:
-            half_width: Half the required interval of ln(median).
+            half_width: Half the required width of the interval of ln(median).
+
+        Returns:
+            The number of structures; whether the records limit the precision of each state, shape [damage_state].
         """
         with np.errstate(divide="ignore", invalid="ignore"):
             left = (SAFETY * half_width / self._quantile) ** 2 * self.motions - self.among
@@ -60,13 +63,13 @@ class Variances:
 
 
 def variances_of(capacities: xr.Dataset, confidence: float) -> Variances:
-    """Return the variances of capacities of two or more structures of each motion, by an analysis of variance.
+    """Return the variances of capacities with two or more structures for each motion, by an analysis of variance.
 
     Source: Searle, Casella and McCulloch (1992), Variance Components, section 3.6 (balanced data, one-way).
 
     Args:
         capacities: Result of `capacities` for a design with separate structures for each motion.
-        confidence: Probability that an interval covers.
+        confidence: Probability that an interval covers the true value [1].
     """
     with np.errstate(invalid="ignore"):
         logarithm = np.log(capacities["capacity"].transpose("structure", "motion", "damage_state").values)
@@ -82,12 +85,12 @@ def variances_of(capacities: xr.Dataset, confidence: float) -> Variances:
 
 
 def records_for(half_width: float, variance: np.ndarray, confidence: float) -> np.ndarray:
-    """Return the number of motions that an interval needs.
+    """Return the number of motions that an interval of ln(median) needs, shape [damage_state]; 0 if unknown.
 
     Args:
-        half_width: Half the interval of ln(median).
-        variance: Variance contributed by one motion, for each damage state; NaN if unknown.
-        confidence: Probability that the interval covers [1].
+        half_width: Half the required width of the interval of ln(median).
+        variance: Variance of ln(capacity) that one motion contributes, shape [damage_state]; NaN if unknown.
+        confidence: Probability that the interval covers the true value [1].
     """
     count = np.arange(3, 2000)
     factor = stdtrit(count - 1, 0.5 + 0.5 * confidence) / np.sqrt(count)

@@ -1,4 +1,4 @@
-"""A set of fragility curves: those of the damage states of one building, of one shape, checked once."""
+"""A set of fragility curves: the curves of all damage states of one building, with one shape, checked once."""
 
 from __future__ import annotations
 
@@ -23,20 +23,20 @@ ADVICE = "give the result of fragility(run, limits)"
 
 @dataclass(frozen=True, eq=False)
 class CurveSet:
-    """Fragility curves of the damage states of one building, all of one shape.
+    """Fragility curves of all damage states of one building; all curves have the same shape (such as lognormal).
 
     Args:
-        names: Damage states, from the lightest to the heaviest.
-        shape: Shape of the curves without limits of the intensities.
+        names: Names of the damage states, from the lightest to the heaviest.
+        shape: Shape of the curves, before limits of the intensities are applied.
         median: Median capacity [units], shape [damage_state]; 1 if the curves are a table.
         dispersion: Dispersion [1], shape [damage_state]; 1 if the curves are a table.
         units: Units of the intensities.
         measure: Name of the intensity measure; "" if it is unknown.
-        replicate_median: Draws from the sampling distribution of the medians, shape [replicate, damage_state], NaN for
-            states without draws; None if there are no draws.
+        replicate_median: Draws from the sampling distribution of the medians, shape [replicate, damage_state]; NaN for
+            damage states without draws. None: the curves have no draws.
         replicate_dispersion: Draws of the dispersions, of the same shape.
         table: For curves given as points: intensities, shape [point], and probabilities, shape [damage_state, point],
-            to which the limits have been applied.
+            after limits of the intensities were applied. None: curves with parameters.
         limits: Limits of the intensities (noDamageLimit, minIML and maxIML in OpenQuake's NRML files).
     """
 
@@ -55,22 +55,21 @@ class CurveSet:
     def from_dataset(
         cls, function: str, curves: xr.Dataset, hazard: Hazard | None = None, *, points: str = ""
     ) -> CurveSet:
-        """Return the curves of a dataset.
+        """Return the curves of a dataset, after checks.
 
         Args:
-            function: The public function, for messages.
+            function: Name of the public function that was called, for messages.
             curves: The result of `fragility`, of another function that returns fragility curves, or of
-                `read_nrml_fragility`;
-                or medians and dispersions, or a table, as `annual_rates` describes them.
-            hazard: A hazard that must have the same units and intensity measure.
-            points: A variable to read as a table, even if the dataset has medians, such as "exceedance_fraction"; the
-                limits
-                of the intensities are not applied to it.
+                `read_nrml_fragility`; or a dataset with medians and dispersions, or with a table of points, as
+                described in `annual_rates`.
+            hazard: A hazard that must have the same units and intensity measure as the curves; None: no such check.
+            points: Name of a variable that is read as a table of points even if the dataset has medians, such as
+                "exceedance_fraction"; the limits of the intensities are not applied to it. "": no such variable.
 
         Raises:
             TypeError: If `curves` is not a Dataset.
-            ValueError: If a variable is missing, two states have the same name, a state has no fit, or the hazard has
-                other units or another measure.
+            ValueError: If a variable is missing, two damage states have the same name, a state has no fit, or the
+                hazard has other units or another measure.
         """
         check_dataset(function, curves, "damage_state", advice=ADVICE, argument="curves")
         if not curves["damage_state"].ndim:  # a single state, as from curves.sel(damage_state="complete")
@@ -81,7 +80,8 @@ class CurveSet:
             raise ValueError(f"{function}: the fragility curves have no damage state: select at least one")
         if len(set(names)) < len(names):
             raise ValueError(
-                f"{function}: two damage states have the same name: {', '.join(names)}; names must be different"
+                f"{function}: two damage states have the same name: {', '.join(names)}: "
+                "rename one of them in curves['damage_state']"
             )
         limits, table = IntensityLimits.of(function, curves), points_of(function, curves, names, points)
         draws: tuple[np.ndarray | None, np.ndarray | None] = (None, None)
@@ -102,14 +102,14 @@ class CurveSet:
 
     @cached_property
     def limited(self) -> Shape:
-        """The shape with the limits of the intensities."""
+        """The shape of the curves after limits of the intensities are applied."""
         if self.table is not None or not self.limits:
             return self.shape
         return limited_shape(self.shape, self.limits, self.median, self.dispersion)
 
     @property
     def rising_range(self) -> tuple[float, float]:
-        """Lowest and highest intensity of the range in which the curves rise [units]."""
+        """Lowest and highest intensity [units] of the range in which the curves rise from nearly 0 to nearly 1."""
         low, high = self.limited.usual(self.median, self.dispersion)
         return low.min(), high.max()
 
@@ -118,17 +118,21 @@ class CurveSet:
         return self.limited.probability(intensity, self.median, self.dispersion)
 
     def replicate_probability(self, intensity: np.ndarray) -> np.ndarray | None:
-        """Return the probability of each replicate, shape [replicate, damage_state, point]; None without replicates."""
+        """Return the exceedance probabilities of the draws, [replicate, damage_state, point]; None without draws."""
         if self.replicate_median is None or self.replicate_dispersion is None:
             return None
         return self.limited.probability(intensity, self.replicate_median, self.replicate_dispersion)
 
     def rates(self, hazard: HazardLogicTree, *, ordered: bool = False) -> np.ndarray:
-        """Return the annual rates of the states for each branch of a hazard [1/year], shape [branch, damage_state].
+        """Return the annual rate of reaching each damage state [1/year], for each branch of a hazard.
 
         Args:
             hazard: The hazard.
-            ordered: Whether a heavier state is at most as likely as a lighter one at every intensity.
+            ordered: Whether crossing curves are corrected, so that a heavier state is at most as likely as a lighter
+                one at every intensity.
+
+        Returns:
+            Rates, shape [branch, damage_state].
 
         Raises:
             ValueError: If a rate is infinite.
@@ -140,9 +144,10 @@ class CurveSet:
         return np.stack(found)
 
     def sampled_rates(self, hazard: HazardLogicTree, *, ordered: bool = False) -> np.ndarray:
-        """Return the rates for each replicate and branch, shape [replicate, branch, damage_state]; NaN if infinite.
+        """Return the annual rates [1/year] for each draw of the curves and each branch of a hazard; NaN if infinite.
 
-        Without replicates, the curves themselves are the only replicate.
+        The shape is [replicate, branch, damage_state]. If the curves have no draws, the fitted curves are the only
+        replicate. Arguments: see `rates`.
         """
         if self.replicate_median is None or self.replicate_dispersion is None:
             return self.rates(hazard, ordered=ordered)[None]
@@ -153,7 +158,16 @@ class CurveSet:
         return np.where(np.isfinite(found), found, np.nan).swapaxes(0, 1)
 
     def rates_by_bin(self, hazard: HazardCurve, edges: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return the rates from each bin, shape [damage_state, bin], and from intensities below and above all bins."""
+        """Return annual rates [1/year] from intensities within each bin, below all bins and above all bins.
+
+        Args:
+            hazard: The hazard curve.
+            edges: Edges of the bins [units], increasing.
+
+        Returns:
+            Rates within the bins, shape [damage_state, bin]; below them, shape [damage_state]; above them, of this
+            shape.
+        """
         parts = self.limited.rates_by_bin(hazard, edges, self.median, self.dispersion)
         self._check_bounded(hazard, parts[1])
         return parts
@@ -168,7 +182,11 @@ class CurveSet:
             )
 
     def shares_beyond(self, hazard: HazardLogicTree) -> np.ndarray:
-        """Return the shares of the rates from beyond the hazard's points, below and above, shape [2, damage_state]."""
+        """Return the shares of the annual rates [1] that are from intensities beyond the hazard points.
+
+        The first row contains the shares below the first point, the second row the shares above the last point; the
+        shape is [2, damage_state].
+        """
         parts = 0.0
         for weight, each in zip(hazard.weights, hazard.curves, strict=True):
             within, below, above = self.rates_by_bin(each, each.intensity[[0, -1]])
@@ -176,14 +194,14 @@ class CurveSet:
         return np.asarray(parts)[:2] / np.sum(parts, axis=0)
 
     def place_of(self, function: str, damage_state: str | None) -> int:
-        """Return the index of a damage state; None means the heaviest."""
+        """Return the index of a damage state, given by its name; None: the heaviest damage state."""
         if damage_state is None:
             return len(self.names) - 1
         one_of(f"damage state of {function}", damage_state, self.names)
         return self.names.index(damage_state)
 
     def interval_attributes(self, branches: int, confidence: float) -> dict[str, Any]:
-        """Return the attributes `confidence` and `interval_method` of results, for a number of hazard branches."""
+        """Return the attributes `confidence` and `interval_method` of a result, for `branches` hazard branches."""
         parts = []
         if self.replicate_median is not None:
             parts.append(f"{len(self.replicate_median)} replicates of the fragility curves")
@@ -194,7 +212,7 @@ class CurveSet:
 
 
 def _parameters(function: str, curves: xr.Dataset, names: tuple[str, ...]) -> tuple[np.ndarray, np.ndarray]:
-    """Return medians and dispersions, shape [damage_state]; every state must have both."""
+    """Return the medians and dispersions of a dataset, shape [damage_state]; raise an error if a state lacks them."""
     keys = "fragility_median", "fragility_dispersion"
     check_dataset(function, curves, *keys, advice=ADVICE, argument="curves")
     median, dispersion = (curves[key].values.astype(np.float64) for key in keys)
@@ -213,7 +231,7 @@ def _parameters(function: str, curves: xr.Dataset, names: tuple[str, ...]) -> tu
 
 
 def _replicates(curves: xr.Dataset, states: int) -> tuple[np.ndarray | None, np.ndarray | None]:
-    """Return the draws of medians and dispersions, shape [replicate, damage_state]; None without draws."""
+    """Return the draws of medians and dispersions, shape [replicate, damage_state]; (None, None) without draws."""
     if "replicate_median" not in curves or "replicate_dispersion" not in curves:
         return None, None
     median, dispersion = (
@@ -227,10 +245,10 @@ def _replicates(curves: xr.Dataset, states: int) -> tuple[np.ndarray | None, np.
 
 
 def check_hazard(function: str, hazard: Hazard, units: str, measure: str) -> None:
-    """Raise a ValueError unless the hazard has these units and this intensity measure."""
+    """Raise a ValueError unless the hazard has the units and the intensity measure of the fragility curves."""
     if hazard.units != units:
         advice = f"convert the hazard's intensities to {units!r}"
-        if hazard.units == "g" and hazard.measure in UNNAMED:  # perhaps the user forgot the units
+        if hazard.units == "g" and hazard.measure in UNNAMED:  # the user may have forgotten to give the units
             named = f"measure={measure!r}, " if measure not in UNNAMED else ""
             advice = (
                 f"a HazardCurve without units is in g. If its intensities are in {units!r}, write "
@@ -246,7 +264,7 @@ def check_hazard(function: str, hazard: Hazard, units: str, measure: str) -> Non
 
 
 def extrapolated(curves: xr.Dataset, names: tuple[str, ...]) -> list[str]:
-    """Return the names of the states whose medians are extrapolated, with their values."""
+    """Return a text for each damage state whose median is extrapolated, with its name and median, for a message."""
     if MEDIAN_STATUS not in curves or curves[MEDIAN_STATUS].dims != ("damage_state",):
         return []
     median = curves["fragility_median"]
@@ -256,7 +274,7 @@ def extrapolated(curves: xr.Dataset, names: tuple[str, ...]) -> list[str]:
 
 
 def warn_of_unsure_fits(curves: xr.Dataset, names: tuple[str, ...]) -> None:
-    """Warn of extrapolated medians, and of states with a penalised fit, whose dispersion is uncertain."""
+    """Warn of medians that are extrapolated, and of penalised fits, whose dispersion is uncertain."""
     if "fit_status" in curves and curves["fit_status"].dims == ("damage_state",):
         place = FIT_MEANINGS.index("penalised")
         found = [repr(name) for name, each in zip(names, curves["fit_status"].values, strict=True) if each == place]

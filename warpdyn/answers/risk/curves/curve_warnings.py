@@ -1,4 +1,4 @@
-"""Warnings about fragility curves that cross, hazards that are extrapolated, and tables that end too early."""
+"""Warnings about fragility curves that cross, hazard curves that are extrapolated, and tables that end too early."""
 
 from __future__ import annotations
 
@@ -9,18 +9,18 @@ from warpdyn.answers.risk.hazard_curves import HazardCurve, HazardLogicTree
 from warpdyn.answers.risk.integrals.linear import begin_of
 from warpdyn.foundations.core.messages import warn_caller
 
-CUT_SHARE = 0.05  # a warning is given if the ends of a table decide a larger share of a rate or loss
-EXTRAPOLATED_SHARE = 0.01  # a warning is given if a larger share of a result is from beyond the hazard's points
-CROSSING = 0.01  # a warning is given if a heavier state is likelier than a lighter one by more than this
+CUT_SHARE = 0.05  # warn if the first or last value of a table decides a larger share of a rate or loss
+EXTRAPOLATED_SHARE = 0.01  # warn if a larger share of a result is from intensities beyond the points of the hazard
+CROSSING = 0.01  # warn if a heavier state is more likely than a lighter one by more than this probability
 AS_LIKELY = "the lower probability counts for both"
 
 
 def warn_of_crossing(curves: CurveSet, consequence: str = AS_LIKELY) -> None:
-    """Warn of states whose curves cross by more than `CROSSING`.
+    """Warn of damage states whose curves cross, if the probabilities differ by more than `CROSSING`.
 
     Args:
         curves: The curves.
-        consequence: How the calling function treats crossing states.
+        consequence: Text that states how the calling function treats crossing curves.
     """
     levels = np.unique(np.geomspace(*curves.limited.usual(curves.median, curves.dispersion), 61))
     excess = np.diff(curves.probability(levels), axis=0).max(axis=1, initial=0.0)
@@ -35,13 +35,13 @@ def warn_of_crossing(curves: CurveSet, consequence: str = AS_LIKELY) -> None:
 def warn_of_extrapolation(
     names: tuple[str, ...], shares: np.ndarray, curves: tuple[HazardCurve, ...], what: str
 ) -> None:
-    """Warn if shares of a result come from beyond the points of the hazard.
+    """Warn if a share of a result above `EXTRAPOLATED_SHARE` is from intensities beyond the points of the hazard.
 
     Args:
-        names: Damage states, or other names that begin with "the".
-        shares: Their shares from below and from above the points, shape [2, name].
-        curves: The branches of the hazard.
-        what: Name of the result.
+        names: Names of the damage states, or names of other results that begin with "the".
+        shares: Shares of the result from intensities below and above the points, shape [2, name].
+        curves: Hazard curves of the branches.
+        what: Name of the result for the message, such as "annual rate".
     """
     units = curves[0].units
     ends = (
@@ -62,7 +62,7 @@ def warn_of_extrapolation(
 
 
 def warn_of_table_ends(function: str, curves: CurveSet, hazard: HazardLogicTree, rate: np.ndarray) -> None:
-    """Warn if the first or last probability of a table decides more than `CUT_SHARE` of an annual rate."""
+    """Warn if the first or last probability of a tabulated curve decides more than `CUT_SHARE` of an annual rate."""
     _warn_of_minimum(function, curves, hazard, rate)
     if curves.table is None:
         return
@@ -72,7 +72,7 @@ def warn_of_table_ends(function: str, curves: CurveSet, hazard: HazardLogicTree,
         at_begin = [
             np.interp(x, levels, row) * float(each.rate_of(x)) for x, each in zip(begins, hazard.curves, strict=True)
         ]
-        is_limit = 0 < levels[0] <= curves.limits.no_damage  # there is no damage below
+        is_limit = 0 < levels[0] <= curves.limits.no_damage  # there is no damage below the first level
         if hazard.weights @ at_begin > CUT_SHARE * whole > 0 and not is_limit:
             begin = max(begins)
             advice = (
@@ -84,7 +84,7 @@ def warn_of_table_ends(function: str, curves: CurveSet, hazard: HazardLogicTree,
                 f"{function}: for intensities below {begin:g} {curves.units} the fragility curve of {name!r} counts as "
                 f"0, although its probability there is {np.interp(begin, levels, row):.3g}: {advice}"
             )
-        is_maximum = levels[-1] >= curves.limits.maximum  # constant above by definition
+        is_maximum = levels[-1] >= curves.limits.maximum  # then the curve is constant above by definition
         if (1 - row[-1]) * float(hazard.rate_of(levels[-1])) > CUT_SHARE * whole and not is_maximum:
             warn_caller(
                 f"{function}: the fragility curve of {name!r} ends at {levels[-1]:g} {curves.units} with a probability "

@@ -1,4 +1,4 @@
-"""Shapes of fragility curves: lognormal, loglogistic, demand and collapse of a cloud analysis, and tables of points."""
+"""Shapes of fragility curves: lognormal, loglogistic, cloud analysis with collapse, and tables of points."""
 
 from __future__ import annotations
 
@@ -26,11 +26,11 @@ class Table(NamedTuple):
     probability: np.ndarray
 
 
-# A table may decrease from a point to the next by this much without a warning: fractions of samples scatter.
+# A table may decrease from one point to the next by this much without a warning; fractions of samples scatter more.
 MOST_FALL = {"fragility_curve": 1e-3, "exceedance_fraction": 0.1}
 TABLES = {"fragility_curve": "intensity", "exceedance_fraction": "stripe"}
-# Dispersions from the median beyond which the probability is 0 or 1 to rounding, of a normal and a logistic
-# distribution; and dispersions between which curves are drawn.
+# Number of dispersions from the median beyond which the probability is 0 or 1 to rounding, for a normal and a logistic
+# distribution; number of dispersions on each side of the median between which curves are drawn.
 _NORMAL_REACH, _LOGISTIC_REACH, _DRAWN = 9.0, 22.0, 3.0
 CLOUD_VARIABLES = (
     "regression_intercept",
@@ -43,13 +43,13 @@ CLOUD_VARIABLES = (
 
 
 def points_of(function: str, curves: xr.Dataset, names: tuple[str, ...], name: str = "") -> Table | None:
-    """Return the points of curves that have no parameters of a known shape; None for other curves.
+    """Return the points of curves that are given as a table; None for curves with parameters of a known shape.
 
     Args:
-        function: The public function, for messages.
-        curves: The dataset.
-        names: Damage states.
-        name: A variable to read as points, even if the curves have parameters, such as "exceedance_fraction".
+        function: Name of the public function, for messages.
+        curves: The dataset of the curves.
+        names: Names of the damage states.
+        name: Name of a variable that is read as points even if the curves have parameters; "": no such variable.
 
     Raises:
         ValueError: If the dimensions of the points are wrong, there are fewer than two points, a value is not finite,
@@ -88,7 +88,10 @@ def points_of(function: str, curves: xr.Dataset, names: tuple[str, ...], name: s
                 f"known and from 0 to 1. Leave the state out: curves.drop_sel(damage_state={state!r})"
             )
         if levels[0] == 0 and row[0] > 0:
-            raise ValueError(f"{function}: {name} of damage state {state!r} is {row[0]:g} at intensity 0; it must be 0")
+            raise ValueError(
+                f"{function}: {name} of damage state {state!r} is {row[0]:g} at intensity 0; it must be 0: set it to "
+                "0, or begin the table at a higher intensity"
+            )
         place = int(np.argmin(np.diff(row)))
         if row[place] - row[place + 1] > MOST_FALL[name] and not is_chosen:
             warn_caller(
@@ -103,7 +106,18 @@ def points_of(function: str, curves: xr.Dataset, names: tuple[str, ...], name: s
 def shape_of(
     function: str, curves: xr.Dataset, table: Table | None, median: np.ndarray, dispersion: np.ndarray
 ) -> Shape:
-    """Return the shape of curves from their dataset, points, medians and dispersions; unknown shapes need points."""
+    """Return the shape of fragility curves.
+
+    Args:
+        function: Name of the public function, for messages.
+        curves: The dataset of the curves.
+        table: The points of the curves; None: curves with parameters.
+        median: Medians, shape [damage_state].
+        dispersion: Dispersions [1], shape [damage_state].
+
+    Raises:
+        ValueError: If the attribute `fragility_shape` of the dataset is unknown.
+    """
     if table is not None:
         return _of_table(table)
     name, states = curves.attrs.get("fragility_shape", LOGNORMAL.name), median.size
@@ -137,7 +151,7 @@ def _of_table(table: Table) -> NumericalShape:
 def _of_cloud(
     function: str, curves: xr.Dataset, median: np.ndarray, dispersion: np.ndarray, drawn: np.ndarray
 ) -> NumericalShape:
-    """Return the shape of fragility curves that combine demands and collapses; replicates shift and stretch it."""
+    """Return the shape of curves from cloud analysis with collapse; draws of curves shift and stretch this shape."""
     missing = [name for name in CLOUD_VARIABLES if name not in curves]
     if missing:
         raise ValueError(

@@ -17,14 +17,22 @@ from warpdyn.foundations.files.text import check_names, check_separator, read_cs
 from warpdyn.model.ground_motions.measures.measure import OPENQUAKE_UNITS
 from warpdyn.model.ground_motions.measures.names import measure_named, spectral_name
 
-SAME_PLACE = 1e-3  # degrees, about 100 m
+SAME_PLACE = 1e-3  # largest difference of coordinates of the same site [degree], about 100 m
 
 Points = tuple[np.ndarray, np.ndarray]
 Site = tuple[float, float]
 
 
 def read_openquake_csv(path: str | Path, site: Site | None) -> tuple[np.ndarray, np.ndarray, str, str]:
-    """Return intensities, annual rates, measure and units of a hazard curve of the OpenQuake engine."""
+    """Read a hazard curve from a CSV file of the OpenQuake engine.
+
+    Args:
+        path: The file.
+        site: Longitude and latitude [degree]; None: the file has one site.
+
+    Returns:
+        Intensities [units], annual rates of exceedance [1/year], name of the intensity measure, and units.
+    """
     lines = read_csv_text("HazardCurve.from_openquake_csv", path).splitlines()
     header = lines[0] if lines[0].startswith("#") else ""
     years = re.search(r"investigation_time=([\d.eE+-]+)", header)
@@ -65,7 +73,7 @@ def read_openquake_csv(path: str | Path, site: Site | None) -> tuple[np.ndarray,
         raise ValueError(
             f"{where}: a probability is {bad:g}, but it must be from 0 to 1: correct this line of the file"
         )
-    # A probability that the file rounds to 1 has no annual rate.
+    # Points with probability 0, or with a probability that the file rounds to 1, have no annual rate.
     kept = (probability > 0) & (probability < 1)
     time = real_number(f"{path}: investigation_time", _number(years[1], f"{path}, line 1"), above=0)
     rate = -np.log1p(-probability[kept]) / time
@@ -73,7 +81,7 @@ def read_openquake_csv(path: str | Path, site: Site | None) -> tuple[np.ndarray,
 
 
 def _check_kind(path: str | Path, header: str) -> None:
-    """Raise a ValueError if a file has no hazard curve; warn if its hazard curve is not the mean."""
+    """Raise a ValueError if a file does not contain a hazard curve; warn if the curve is not the mean curve."""
     found = re.search(r"kind='([^']*)'", header)
     kind = found[1] if found else "mean"
     if not re.fullmatch(r"mean|max|quantile-[\d.]+|rlz-\d+|\d+", kind):
@@ -89,7 +97,16 @@ def _check_kind(path: str | Path, header: str) -> None:
 
 
 def read_usgs(path: str | Path, measure: str | None, site: str | Site | None) -> tuple[np.ndarray, np.ndarray, str]:
-    """Return intensities [g], annual rates and measure of a hazard curve of the USGS, from JSON or CSV."""
+    """Read a hazard curve of the USGS from JSON or CSV.
+
+    Args:
+        path: The file.
+        measure: Name of the intensity measure; None: read it from the file or from the name of its folder.
+        site: Name of the site, or longitude and latitude [degree]; None: the file has one site.
+
+    Returns:
+        Intensities [g], annual rates of exceedance [1/year], and name of the intensity measure.
+    """
     text = read_csv_text("HazardCurve.from_usgs", path, "JSON or CSV")
     if text.lstrip().startswith("{"):
         return _usgs_json(path, text, measure)
@@ -116,7 +133,11 @@ def read_usgs(path: str | Path, measure: str | None, site: str | Site | None) ->
 
 
 def _usgs_json(path: str | Path, text: str, measure: str | None) -> tuple[np.ndarray, np.ndarray, str]:
-    """Read the JSON of the services: with `hazardCurves`, or (before 2022) a list with `yvalues`."""
+    """Read a hazard curve from the JSON of USGS services: with `hazardCurves`, or (before 2022) a list with `yvalues`.
+
+    Returns:
+        Intensities [g], annual rates of exceedance [1/year], and name of the intensity measure.
+    """
     try:
         response = json.loads(text)["response"]
         found: dict[str, Points] = {}
@@ -149,7 +170,7 @@ def _usgs_json(path: str | Path, text: str, measure: str | None) -> tuple[np.nda
 
 
 def _csv_lines(path: str | Path, lines: Sequence[str]) -> list[list[str]]:
-    """Return the rows of a file without blanks around values; raise an error for repeated column names."""
+    """Return the rows of a CSV file, without blanks around values; raise a ValueError for repeated column names."""
     try:
         check_separator(lines[0] if lines else "")
         rows = [[value.strip() for value in row] for row in csv.reader(lines) if any(row)]
@@ -162,7 +183,15 @@ def _csv_lines(path: str | Path, lines: Sequence[str]) -> list[list[str]]:
 def _row_of_site(
     path: str | Path, header: Sequence[str], rows: Sequence[Sequence[str]], site: Any, *, first_line: int
 ) -> int:
-    """Return the index of the row of a site, found by coordinates or name, or of the only row."""
+    """Return the index of the row of a site in a file.
+
+    Args:
+        path: The file, for messages.
+        header: Names of the columns.
+        rows: Rows of the file below the column names.
+        site: Name of the site, or longitude and latitude [degree]; None: the file must have one row.
+        first_line: Number of the line of the first row in the file, for messages.
+    """
     if not rows:
         raise ValueError(f"{path}: the file has no row after the column names; it needs one row per site")
     if site is None:
@@ -206,7 +235,7 @@ def _row_of_site(
 
 
 def _positive(path: str | Path, intensity: np.ndarray, rate: np.ndarray) -> Points:
-    """Remove the points with rate 0, above the largest possible motion."""
+    """Return intensities and rates without points of rate 0 (intensities above the largest possible motion)."""
     if not np.all(rate >= 0):
         raise ValueError(
             f"{path}: an annual rate is {rate[~(rate >= 0)][0]:g}, but it must be at least 0: correct the file"

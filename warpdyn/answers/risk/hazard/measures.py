@@ -7,7 +7,7 @@ from warpdyn.foundations.core.near_misses import did_you_mean
 from warpdyn.foundations.core.units import STANDARD_GRAVITY
 from warpdyn.model.ground_motions.measures.names import measure_named
 
-# Units that are converted: the unit in which a curve is stored, and the factor to this unit.
+# Units that are converted: the unit in which a hazard curve is stored, and the factor to this unit.
 _READ_AS = {
     **dict.fromkeys(("m s-1", "m s^-1", "m/s", "m/sec"), ("m s-1", 1.0)),
     **dict.fromkeys(("cm s-1", "cm s^-1", "cm/s", "cm/sec"), ("m s-1", 0.01)),
@@ -26,7 +26,7 @@ def units_of_hazard(measure: str, units: str | None) -> tuple[str, float]:
 
     Args:
         measure: Name of the intensity measure.
-        units: Units in which the intensities are given; None means g, which is only allowed for accelerations.
+        units: Units in which the intensities are given; None: g, which is allowed only for accelerations.
 
     Raises:
         ValueError: If the measure cannot have these units, or `units` is missing and the measure is not an

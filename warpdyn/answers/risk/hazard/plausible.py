@@ -1,4 +1,4 @@
-"""Plausibility of hazard curves: is the hazard above that of any site, or nearly constant at a rate near 1 per year?
+"""Plausibility of hazard curves: is the rate higher than at any site, or nearly constant and near 1 per year?
 
 The highest hazard is a generous bound: a PGA of 0.1 g once in 5 years, and 1.45 g in 475 years (the global map of GEM
 from 2018, Pagani and others 2020, Earthquake Spectra 36(1 suppl.), has PGA up to about 1.5 g for 475 years). The bound
@@ -27,23 +27,23 @@ OTHERS = {
     "CAV": ("absolute_velocity", "m s-1", 7.2, 1.0, 30.0, 200.0),
     "IA": ("arias", "m s-1", 0.30, 2.0, 5.0, 200.0),
 }
-NEAR_ONE = 0.9  # rate [1/year]
-LEVEL = 0.25  # a curve is nearly constant if its slope in logarithms is smaller, as where probabilities are near 1
+NEAR_ONE = 0.9  # rate [1/year] above which values may be probabilities in many years instead of rates
+LEVEL = 0.25  # a curve is nearly constant if its slope -d ln(rate) / d ln(intensity) is below this
 
 
 def warn_of_implausible_hazard(intensity: np.ndarray, rate: np.ndarray, measure: str, units: str) -> None:
-    """Warn if a hazard curve seems to be in another unit, or to contain probabilities or percent instead of rates.
+    """Warn if a hazard curve is probably in another unit, or contains probabilities or percent instead of rates.
 
     Args:
         intensity: Intensities [units], shape [point].
         rate: Annual rates of exceedance [1/year], shape [point].
-        measure: Name of the intensity measure; an unknown measure has the bound of spectral accelerations.
-        units: Units of the intensity; only accelerations in g and other measures in SI units are compared with the
+        measure: Name of the intensity measure; an unknown measure is compared with spectral accelerations.
+        units: Units of the intensity. Only accelerations in g, and other measures in SI units, are compared with the
             highest hazard.
     """
     findings = PlausibilityFindings()
     findings.add("annual_rate", rate)
-    # Probabilities in many years approach 1 at low intensities; rates do not.
+    # Probabilities of exceedance in many years approach 1 at low intensities; rates do not.
     slope = -np.log(rate[1] / rate[0]) / np.log(intensity[1] / intensity[0])
     if rate.size > 2 and NEAR_ONE < rate[0] <= 1.0 and (rate[1] > NEAR_ONE or slope < LEVEL):
         findings.add("annual_rate_near_one", rate[0])
@@ -58,7 +58,7 @@ def warn_of_implausible_hazard(intensity: np.ndarray, rate: np.ndarray, measure:
     else:
         has_warning = units != "g" or findings.add("hazard_intensity", intensity[0])
     if not has_warning:
-        # Another warning covers rates above 1 per year.
+        # Rates above 1 per year are covered by another warning.
         over = np.where(rate <= 1, rate, 0.0) / highest_rate(intensity, measure)
         worst = int(np.argmax(over))
         where = f" ({rate[worst]:.3g} per year at {intensity[worst]:.3g} {units})"
@@ -67,10 +67,10 @@ def warn_of_implausible_hazard(intensity: np.ndarray, rate: np.ndarray, measure:
 
 
 def highest_rate(intensity: np.ndarray, measure: str) -> np.ndarray:
-    """Return the annual rate of an intensity at the site with the highest plausible hazard [1/year].
+    """Return the annual rate [1/year] at which an intensity is exceeded at the site with the highest plausible hazard.
 
     Args:
-        intensity: Intensities [g, or SI for a measure that is not an acceleration], any shape.
+        intensity: Intensities [g, or SI units of a measure that is not an acceleration], of any shape.
         measure: Name of the intensity measure.
     """
     found = measure_named(measure)

@@ -18,8 +18,8 @@ from warpdyn.answers.risk.integrals.quadrature import NumericalShape
 from warpdyn.foundations.core.checks import real_number
 
 NO_DAMAGE, MINIMUM, MAXIMUM = "no_damage_limit", "minimum_intensity", "maximum_intensity"
-REACH = 9.0  # dispersions from the median beyond which a lognormal curve is 0 or 1 to rounding
-ABOVE = 1 + 1e-9  # factor from noDamageLimit to the next point, in functions that jump at the limit
+REACH = 9.0  # number of dispersions from the median beyond which a lognormal curve is 0 or 1 to rounding
+ABOVE = 1 + 1e-9  # factor from noDamageLimit to the next point, if a function jumps at the limit
 
 
 @dataclass(frozen=True)
@@ -38,7 +38,7 @@ class IntensityLimits:
 
     @classmethod
     def of(cls, function: str, curves: xr.Dataset) -> IntensityLimits:
-        """Return the limits in the attributes of a dataset, as set by `read_nrml_fragility`; check their values."""
+        """Return the limits that the attributes of a dataset contain (set by `read_nrml_fragility`), after a check."""
         given = {
             name: real_number(f"{function}: attribute {name!r} of the curves", curves.attrs[name], least=0)
             for name in (NO_DAMAGE, MINIMUM, MAXIMUM)
@@ -54,33 +54,40 @@ class IntensityLimits:
 
     @property
     def begin(self) -> float:
-        """Intensity below which the probability is constant: 0, or the probability at the minimum."""
+        """Intensity below which the probability is constant: 0 (no damage), or the probability at the minimum."""
         return max(self.no_damage, self.minimum)
 
     def __bool__(self) -> bool:
         return self != IntensityLimits()
 
     def clipped(self, intensity: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the intensities at which curves are evaluated, and whether there is damage at each intensity."""
+        """Return intensities limited to minimum and maximum, and whether each is above the limit of no damage."""
         found = np.clip(intensity, self.minimum, self.maximum)
         return found, found > self.no_damage
 
     def rate_below_minimum(self, hazard: HazardLogicTree) -> float:
-        """Return the annual rate of damaging intensities between the first point of the hazard and the minimum."""
+        """Return the annual rate [1/year] of damaging intensities between the first hazard point and the minimum."""
         if self.minimum <= self.no_damage:
             return 0.0
         parts = [max(0.0, each.annual_rate[0] - float(each.rate_of(self.minimum))) for each in hazard.curves]
         return float(hazard.weights @ parts)
 
     def with_step(self, levels: np.ndarray) -> np.ndarray:
-        """Return intensities with both sides of the jump at noDamageLimit, if the limit is between them."""
+        """Return the intensities `levels`, with two added at the jump at noDamageLimit if they enclose this limit."""
         if self.no_damage < self.minimum or not levels[0] <= self.no_damage < levels[-1]:
             return levels
         return np.union1d(levels, [self.no_damage, self.no_damage * ABOVE])
 
 
 def limited_shape(shape: Shape, limits: IntensityLimits, median: np.ndarray, dispersion: np.ndarray) -> NumericalShape:
-    """Return the shape of curves with limits of the intensities, from the shape without limits."""
+    """Return the shape of fragility curves after limits of the intensities are applied.
+
+    Args:
+        shape: Shape of the curves without limits.
+        limits: The limits.
+        median: Medians of the curves [units], shape [damage_state].
+        dispersion: Dispersions of the curves [1], shape [damage_state].
+    """
 
     def curve(intensity: np.ndarray, medians: np.ndarray, dispersions: np.ndarray) -> np.ndarray:
         clipped, is_damaged = limits.clipped(intensity)
@@ -92,7 +99,7 @@ def limited_shape(shape: Shape, limits: IntensityLimits, median: np.ndarray, dis
     ends = np.array([limits.begin, limits.maximum])
     kinks = np.array([each for each in {limits.no_damage, limits.minimum, limits.maximum} if 0 < each < np.inf])
     if limits.begin > 0:
-        # A constant probability above 0 counts down to the first point of the hazard curve, as for tables.
+        # A constant probability above 0 extends down to the first point of the hazard curve, as for tables.
         begin = np.log(limits.begin / median) / dispersion
         reach, tail = np.stack([begin, np.maximum(reach[1], begin)]), np.inf
     low, high = shape.usual(median, dispersion)
@@ -101,7 +108,7 @@ def limited_shape(shape: Shape, limits: IntensityLimits, median: np.ndarray, dis
 
 
 def limited_table(table: Table, limits: IntensityLimits) -> Table:
-    """Return the points of curves with limits of the intensities."""
+    """Return a table of fragility curves after limits of intensities are applied; points are added at the limits."""
     name, levels, probable = table
     if 0 < limits.no_damage < levels[0]:
         levels = np.append(limits.no_damage, levels)

@@ -8,16 +8,23 @@ from warpdyn.answers.risk.hazard_curves import HazardCurve
 
 
 def begin_of(curve: HazardCurve, levels: np.ndarray) -> float:
-    """Return the intensity at which the integral of a piecewise linear function begins.
+    """Return the intensity at which the integral of a piecewise linear function over a hazard curve begins.
 
-    If the first level is 0, this is the first point of the hazard curve or the second level, whichever is lower: the
-    extrapolated hazard would give an unbounded rate near 0.
+    This is the first intensity of the function in `levels`. If it is 0, the integral begins at the first point of the
+    hazard curve or at the second intensity, whichever is lower, because the extrapolated hazard would give an unbounded
+    rate near 0.
     """
     return float(levels[0] if levels[0] > 0 else min(curve.intensity[0], levels[1]))
 
 
 def part_above(start: float, levels: np.ndarray, mean: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the part of a function above an intensity, whose first value is the loss at this intensity."""
+    """Return the points of a piecewise linear function above the intensity `start`, with a first point at `start`.
+
+    Args:
+        start: The intensity.
+        levels: Intensities of the function, shape [point].
+        mean: Values of the function (mean loss ratios [1]), shape [point].
+    """
     if start <= levels[0]:
         return levels, mean
     above = levels > start
@@ -26,7 +33,13 @@ def part_above(start: float, levels: np.ndarray, mean: np.ndarray) -> tuple[np.n
 
 
 def loss_of_year(curve: HazardCurve, levels: np.ndarray, mean: np.ndarray) -> float:
-    """Return the integral of a piecewise linear function over a hazard curve, exact on each segment."""
+    """Return the integral of a piecewise linear loss ratio over a hazard curve [1/year], exact on each segment.
+
+    Args:
+        curve: The hazard curve.
+        levels: Intensities of the loss ratio [units of the hazard], increasing, shape [point].
+        mean: Mean loss ratios [1], shape [point].
+    """
     begin = begin_of(curve, levels)
     if levels[0] == 0:
         mean = np.append(np.interp(begin, levels, mean), mean[levels > begin])
@@ -38,6 +51,6 @@ def loss_of_year(curve: HazardCurve, levels: np.ndarray, mean: np.ndarray) -> fl
     power = 1 - curve.slopes[segment]
     is_one = power == 0  # the integral of 1 / x is a logarithm
     width = np.where(is_one, log_ratio, np.expm1(power * log_ratio) / np.where(is_one, 1.0, power))
-    # Integration by parts: the loss at the first level, plus its increase between edges times the rates there.
+    # Integration by parts: loss at the first intensity, plus the increase of the loss between edges times the rates.
     rise = np.diff(np.interp(edges, levels, mean)) / np.diff(edges)
     return float(mean[0] * curve.rate_of(levels[0]) + rise @ (curve.rate_of(low) * low * width))

@@ -18,20 +18,20 @@ from warpdyn.answers.fragility.estimators import LOGNORMAL
 from warpdyn.answers.risk.hazard_curves import HazardCurve
 
 SOURCE = "Cornell and others (2002), J. Struct. Eng. 128(4); in closed form for each power-law segment of the hazard"
-_FARTHEST = 40.0  # crossings farther from the hazard's points, in ln(intensity), are ignored
+_FARTHEST = 40.0  # crossings of curves farther than this from the hazard points, in ln(intensity), are ignored
 
 
 class LognormalShape:
-    """Lognormal fragility curves, integrated in closed form; it has the same functions as `NumericalShape`."""
+    """Lognormal shape of fragility curves, integrated in closed form; its methods are those of `NumericalShape`."""
 
     name, method = LOGNORMAL.name, SOURCE
 
     def usual(self, median: np.ndarray, dispersion: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the intensities between which curves are drawn, each of shape [damage_state]."""
+        """Return the lowest and the highest intensity at which curves are drawn, each of shape [damage_state]."""
         return median * np.exp(-3 * dispersion), median * np.exp(3 * dispersion)
 
     def probability(self, intensity: np.ndarray, median: np.ndarray, dispersion: np.ndarray) -> np.ndarray:
-        """Return the probability of exceedance at intensities [point], shape [..., damage_state, point]."""
+        """Return the probability of exceedance, shape [..., damage_state, point], at intensities of shape [point]."""
         return LOGNORMAL.probability(intensity, median[..., None], dispersion[..., None])
 
     def rates(
@@ -40,14 +40,15 @@ class LognormalShape:
         """Return the annual rates of the damage states [1/year], shape [..., damage_state].
 
         Args:
-            hazard: The curve.
+            hazard: The hazard curve.
             median: Median capacity [units of the hazard], shape [..., damage_state].
             dispersion: Dispersion of the capacity [1], of the same shape.
-            ordered: Whether a heavier state is at most as likely as a lighter one at every intensity.
+            ordered: Whether crossing curves are corrected, so that a heavier state is at most as likely as a lighter
+                one at every intensity.
         """
         if not ordered:
             return rates_by_segment(hazard, median, dispersion).sum(axis=-1)
-        # Between two crossings, one curve is the lowest.
+        # Between two successive crossings, the same curve is the lowest.
         mean = np.log(median)
         first, second = np.triu_indices(median.shape[-1], 1)
         with np.errstate(divide="ignore", invalid="ignore"):
@@ -55,7 +56,7 @@ class LognormalShape:
                 dispersion[..., second] - dispersion[..., first]
             )
         points = np.log(hazard.intensity)
-        # For curves that never cross, add an edge at the first point, where it has no effect.
+        # If two curves never cross, an edge is added at the first point, where it has no effect.
         crossing = np.where(np.isfinite(crossing), crossing, points[0])
         crossing = np.clip(crossing, points[0] - _FARTHEST, points[-1] + _FARTHEST)
         merged = np.sort(
@@ -68,14 +69,15 @@ class LognormalShape:
     def rates_by_bin(
         self, hazard: HazardCurve, edges: np.ndarray, median: np.ndarray, dispersion: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return the rates from the intensities of each bin; see the function `rates_by_bin`."""
+        """Return annual rates within bins of intensities, below and above them; see the function `rates_by_bin`."""
         return rates_by_bin(hazard, edges, median, dispersion)
 
 
 def rates_by_segment(hazard: HazardCurve, median: np.ndarray, dispersion: np.ndarray) -> np.ndarray:
-    """Return the annual rates at which capacities below, between and above the hazard points are exceeded.
+    """Return the annual rates [1/year] at which capacities are exceeded, by the range that contains the capacity.
 
-    The rates [1/year] have the shape [..., point + 1].
+    The ranges are below, between and above the points of the hazard curve; the result has the shape [..., point + 1].
+    Their sum is the annual rate of the damage state. Arguments: see `LognormalShape.rates`.
     """
     return _rates_of_pieces(hazard, np.log(hazard.intensity), median, dispersion)
 
@@ -83,9 +85,16 @@ def rates_by_segment(hazard: HazardCurve, median: np.ndarray, dispersion: np.nda
 def rates_by_bin(
     hazard: HazardCurve, edges: np.ndarray, median: np.ndarray, dispersion: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return the rates from the intensities of each bin, and from intensities below and above all bins.
+    """Return the annual rates [1/year] of a damage state that are from intensities within, below and above bins.
 
-    Medians and dispersions have any common shape [...]; the rates of the bins [1/year] have the shape [..., bin].
+    Args:
+        hazard: The hazard curve.
+        edges: Edges of the bins [units of the hazard], increasing.
+        median: Medians of the curves, of any shape [...].
+        dispersion: Dispersions of the curves, of the same shape.
+
+    Returns:
+        Rates within the bins, shape [..., bin]; below all bins, shape [...]; above all bins, shape [...].
     """
     log_edges = np.log(edges)
     merged = np.unique(np.concatenate([np.log(hazard.intensity), log_edges]))
@@ -100,9 +109,12 @@ def rates_by_bin(
 def _rates_below(
     hazard: HazardCurve, log_edges: np.ndarray, median: np.ndarray, dispersion: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return the rates from intensities below each edge of `_rates_of_pieces`, shape [..., edge], and the total."""
+    """Return the annual rates from intensities below each edge, shape [..., edge], and the total, shape [...].
+
+    Arguments: see `_rates_of_pieces`.
+    """
     pieces = _rates_of_pieces(hazard, log_edges, median, dispersion)
-    # Integration by parts: from the rate of capacities below an edge to the rate from intensities below it.
+    # Integration by parts converts the rate of capacities below an edge to the rate from intensities below this edge.
     below = np.cumsum(pieces[..., :-1], axis=-1)
     probable = ndtr((log_edges - np.log(median)[..., None]) / dispersion[..., None])
     return below - probable * hazard.rate_of(np.exp(log_edges)), pieces.sum(axis=-1)
@@ -111,9 +123,10 @@ def _rates_below(
 def _rates_of_pieces(
     hazard: HazardCurve, log_edges: np.ndarray, median: np.ndarray, dispersion: np.ndarray
 ) -> np.ndarray:
-    """Return the rates of capacities below, between and above edges, which include all points of the hazard curve.
+    """Return the annual rates at which capacities below, between and above edges are exceeded, [..., edge + 1].
 
-    Edges increase along the last axis and broadcast with the medians, whose last axis has the size 1.
+    The edges, in ln(intensity), include all points of the hazard curve and increase along the last axis. They broadcast
+    with the medians and dispersions, of shape [...].
     """
     mean, spread = np.log(median)[..., None], np.asarray(dispersion)[..., None]
     log_x, log_rate = np.log(hazard.intensity), np.log(hazard.annual_rate)
@@ -123,8 +136,9 @@ def _rates_of_pieces(
     slope = hazard.slopes[segment]
     scale = log_rate[segment] + slope * (log_x[segment] - mean) + 0.5 * (slope * spread) ** 2
     low, high = ((part - mean) / spread + slope * spread for part in (edges[..., :-1], edges[..., 1:]))
-    # Probability between two standard normal values: use the smaller tail and logarithms, because `scale` grows as fast
-    # as the tail falls.
+    # Probability between two standard normal values: use logarithms and the tail in which both values are small,
+    # because
+    # `scale` grows as fast as the tail decreases.
     mirrored = low > 0
     low, high = np.where(mirrored, -high, low), np.where(mirrored, -low, high)
     larger, smaller = log_ndtr(high), log_ndtr(low)

@@ -16,9 +16,9 @@ import numpy as np
 from warpdyn.answers.risk.hazard_curves import HazardCurve
 
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(16)
-_STEEPEST = 8.0  # largest decrease of ln(hazard) on a panel
-_WIDEST = 1.0  # widest panel, in ln(intensity)
-_AT_A_TIME = 1 << 21  # number of probabilities in memory at a time
+_STEEPEST = 8.0  # largest decrease of ln(hazard rate) on a panel
+_WIDEST = 1.0  # largest width of a panel in ln(intensity)
+_AT_A_TIME = 1 << 21  # number of probabilities that are in memory at the same time
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,16 +29,16 @@ class NumericalShape:
         name: Name of the shape.
         curve: Function of intensities, shape [point], and of medians and dispersions, shape [..., damage_state, 1],
             that returns the probability of exceedance.
-        reach: Range in which the curves rise, in dispersions from the median, shape [2, damage_state]: below it, the
-            probability follows the tail; above it, it is constant.
+        reach: Range in which the curves rise, in dispersions from the median, shape [2, damage_state]. Below this
+            range, the probability is given by `tail`; above it, the probability is constant.
         drawn: Range in which curves are drawn, in dispersions from the median, shape [2, damage_state].
         width: Smallest length over which the curves change, in dispersions; infinite for straight lines between kinks.
-        tail: The probability below the reach is proportional to intensity^(tail / dispersion); infinite if the
+        tail: Below the reach, the probability is proportional to intensity^(tail / dispersion); infinite: the
             probability is 0 there.
         kinks: Intensities at which the curves have kinks.
-        first_line: Intensity up to which curves are a line from 0; 0 if there is no such line. The part of the line
-            below the first point of the hazard curve is not counted, because the extrapolated hazard would give an
-            unbounded rate there.
+        first_line: Intensity up to which curves are a straight line from (0, 0); 0: there is no such line. The part of
+            the line below the first point of the hazard curve is not counted, because the extrapolated hazard would
+            give an unbounded rate there.
     """
 
     name: str
@@ -53,12 +53,12 @@ class NumericalShape:
     method = "Gauss-Legendre quadrature of the fragility curve over the hazard curve, a power law between its points"
 
     def usual(self, median: np.ndarray, dispersion: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the intensities between which curves are drawn, each of shape [damage_state]."""
+        """Return the lowest and the highest intensity at which curves are drawn, each of shape [damage_state]."""
         low, high = median * np.exp(self.drawn * dispersion)
         return low, high
 
     def probability(self, intensity: np.ndarray, median: np.ndarray, dispersion: np.ndarray) -> np.ndarray:
-        """Return the probability of exceedance at intensities [point], shape [..., damage_state, point]."""
+        """Return the probability of exceedance, shape [..., damage_state, point], at intensities of shape [point]."""
         return self.curve(np.asarray(intensity, dtype=np.float64), median[..., None], dispersion[..., None])
 
     def rates(
@@ -67,14 +67,15 @@ class NumericalShape:
         """Return the annual rates of the damage states [1/year], shape [..., damage_state].
 
         Args:
-            hazard: The curve.
+            hazard: The hazard curve.
             median: Medians [units of the hazard], shape [..., damage_state].
             dispersion: Dispersions [1], of the same shape.
-            ordered: Whether a heavier state is at most as likely as a lighter one at every intensity.
+            ordered: Whether crossing curves are corrected, so that a heavier state is at most as likely as a lighter
+                one at every intensity.
 
         Returns:
-            The rates; infinite if the probability falls more slowly than the extrapolated hazard rises, towards
-            intensity 0.
+            The rates. A rate is infinite if, towards intensity 0, the extrapolated hazard rises faster than the
+            probability falls.
         """
         within, below, above = self._by_bin(hazard, hazard.intensity[[0, -1]], median, dispersion, ordered)
         return within.sum(axis=-1) + below + above
@@ -82,7 +83,7 @@ class NumericalShape:
     def rates_by_bin(
         self, hazard: HazardCurve, edges: np.ndarray, median: np.ndarray, dispersion: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return the annual rates from each bin, shape [..., bin], and from intensities below and above all bins."""
+        """Return annual rates [1/year] from intensities within each bin, [..., bin], below all bins and above them."""
         return self._by_bin(hazard, edges, median, dispersion, False)
 
     def _by_bin(
@@ -91,11 +92,11 @@ class NumericalShape:
         shape, states = median.shape, median.shape[-1]
         middle, spread = median.reshape(-1, states), dispersion.reshape(-1, states)
         parts = np.full((len(middle), states, edges.size + 1), np.nan)
-        # A state without a curve in a replicate gets NaN; until then, use the curve of another state.
+        # If a state has no curve in a replicate, its rate is NaN; until then the curve of another state is used.
         known = np.isfinite(middle) & np.isfinite(spread)
         first = np.argmax(known, axis=1)[:, None]
         middle, spread = (np.where(known, part, np.take_along_axis(part, first, 1)) for part in (middle, spread))
-        # Rows with similar dispersions share panels.
+        # Rows with similar dispersions are integrated together, on the same panels.
         rows = np.flatnonzero(known.any(axis=1))
         rows = rows[np.argsort(spread[rows].min(axis=1))]
         while rows.size:
@@ -108,7 +109,7 @@ class NumericalShape:
         return parts[..., 1:-1], parts[..., 0], parts[..., -1]
 
     def _panels(self, hazard: HazardCurve, edges: np.ndarray, median: np.ndarray, dispersion: np.ndarray) -> np.ndarray:
-        """Return the ends of the panels in ln(intensity)."""
+        """Return the ends of the integration panels in ln(intensity), for all rows of medians and dispersions."""
         points = np.log(hazard.intensity)
         reach = np.log(median) + self.reach[:, None] * dispersion
         low, high = reach[0].min(), reach[1].max()
@@ -137,13 +138,13 @@ class NumericalShape:
         known: np.ndarray,
         ordered: bool,
     ) -> np.ndarray:
-        """Return the rates from below the first edge, from each bin and from above, shape [row, damage_state, part]."""
+        """Return annual rates from intensities below, within and above the bins, shape [row, damage_state, bin + 2]."""
         half = 0.5 * np.diff(panels)
         nodes = (0.5 * (panels[:-1] + panels[1:]))[:, None] + half[:, None] * _NODES
         points = np.log(hazard.intensity)
         segment = np.clip(np.searchsorted(points, panels[:-1], side="right") - 1, 0, points.size - 2)
         slope = hazard.slopes[segment][:, None]
-        # Use the slope of the panel, because rounding may move its ends across a point of the hazard curve.
+        # Use the hazard slope of the whole panel, because rounding may move a panel's end across a hazard point.
         occurring = slope * hazard.annual_rate[segment][:, None] * np.exp(-slope * (nodes - points[segment][:, None]))
         at_nodes = np.append(nodes.ravel(), panels[[0, -1]])
         probable = np.where(known[..., None], self.probability(np.exp(at_nodes), median, dispersion), np.nan)

@@ -1,1 +1,1 @@
-"""Damage states of samples, the buildings in them, and losses."""
+"""Damage states of samples, numbers of buildings in the damage states, and losses."""

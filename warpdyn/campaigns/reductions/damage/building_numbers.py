@@ -1,4 +1,4 @@
-"""Number of buildings in each damage state, if each structure that is run represents several buildings."""
+"""Numbers of buildings in each damage state, if each structure that is integrated represents several buildings."""
 
 from __future__ import annotations
 
@@ -20,7 +20,10 @@ from warpdyn.foundations.core.output_variables import OK
 
 
 def checked_number(given: ArrayLike, population: Population) -> np.ndarray:
-    """Return the number of buildings of each structure, or raise a ValueError if it is invalid."""
+    """Return the number of buildings that each structure represents, or raise a ValueError if it is invalid.
+
+    The result has the shape [structure]; every number must be above 0.
+    """
     number = finite_numbers("DamageCounts: number", given)
     if number.shape != (population.structures,) or np.any(number <= 0):
         raise ValueError(
@@ -34,16 +37,18 @@ def checked_number(given: ArrayLike, population: Population) -> np.ndarray:
 def losses_of_units(
     block: Block, rows: Rows, states: Any, ratios: np.ndarray, kind: np.ndarray, value: np.ndarray, workers: Workers
 ) -> tuple[Block, Rows]:
-    """Return the loss of each unit of a block (a sample, or the worst of an event), and the assignment to cells.
+    """Return the loss of each unit of a block, as a block of units, and the assignment of the units to cells.
+
+    A unit is a sample or, with events, the worst sample of a structure in an event.
 
     Args:
-        block: The block.
-        rows: Assignment of its samples to cells.
-        states: State of each sample that is ok, shape [place, sample], the worst place last.
+        block: The block of samples.
+        rows: Assignment of the samples to the cells of a statistic.
+        states: State of each sample that is ok, shape [place, sample]; the last place is the worst of all.
         ratios: Mean and variance of the loss ratio, shape [kind, state, 2]; the same array for all blocks.
-        kind: Kind of each row's structure, shape [row].
-        value: Value of each row's structure, shape [row].
-        workers: The threads or the GPU that find them.
+        kind: Kind (archetype) of each row's structure, shape [row].
+        value: Replacement value of each row's structure, shape [row].
+        workers: The CPU threads or the GPU that compute the losses.
     """
     order, start, cell_of_unit = rows.places.units
     units, count = cell_of_unit.size, rows.structure.size
@@ -59,16 +64,16 @@ def losses_of_units(
 
 
 class NumberSums:
-    """Add up the buildings that samples represent, by cell and damage state.
+    """Sums of the buildings that the samples represent, by cell and damage state.
 
-    Sums are exact, so that they do not depend on the order of the samples.
-
-    The loss kernel counts: the loss of a unit is its number of buildings if it is in the damage state, else 0.
+    The sums are exact, so that they do not depend on the order of the samples. They are computed by the loss kernel:
+    the "loss" of a unit (a sample, or the worst sample of an event) is its number of buildings if it is in the damage
+    state, else 0.
 
     Args:
-        cells: The cells.
-        number: Buildings that each structure represents, shape [structure].
-        states: Number of damage states, no damage included.
+        cells: Cells of the statistic.
+        number: Number of buildings that each structure represents, shape [structure].
+        states: Number of damage states, including no damage.
     """
 
     def __init__(self, cells: Cells, number: np.ndarray, states: int) -> None:
@@ -78,37 +83,37 @@ class NumberSums:
 
     @property
     def sums(self) -> list[Sums]:
-        """The sums for each damage state, and for all units."""
+        """The sums for each damage state, followed by the sum for all units in any state."""
         return [*self._of_states, self._of_all]
 
     def add(self, block: Block, states: Any, workers: Workers) -> None:
-        """Add the samples of a block.
+        """Add the buildings of a block's samples to the sums.
 
         Args:
             block: The block.
-            states: State of each sample that is ok, shape [place, sample], the worst place last.
-            workers: The threads or the GPU that add them.
+            states: State of each sample that is ok, shape [place, sample]; the last place is the worst of all.
+            workers: The CPU threads or the GPU that add.
         """
         rows = block.rows(self.cells)
         kind, number = np.zeros(rows.structure.size, dtype=np.int32), self.number[rows.structure]
         for ratios, sums in zip(self._ratios, self._of_states, strict=True):
             found, of_units = losses_of_units(block, rows, states, ratios, kind, number, workers)
             sums.add(found, "loss", True, 0, workers, of_units)
-        # For the total, every unit counts as undamaged, also if it failed.
+        # For the sum of all units, every unit counts as ok and undamaged, even if it failed.
         all_ok = Block(block.structures, block.event, {"status": workers.array(np.full(block.samples, OK, np.int8))})
         undamaged = workers.no_states((1, block.samples))
         found, of_units = losses_of_units(all_ok, rows, undamaged, self._ratios[0], kind, number, workers)
         self._of_all.add(found, "loss", True, 0, workers, of_units)
 
     def variables(self, failed: np.ndarray) -> Variables:
-        """Return the buildings in each damage state, and those whose samples failed.
+        """Return the number of buildings in each damage state and of failed samples, as variables for the dataset.
 
         Args:
             failed: Number of samples that failed, shape [cell].
         """
         cells = self.cells
         of_states = np.stack([_sums_of(sums) for sums in self._of_states], axis=-1)
-        # The difference is the number that failed; 0 without failures, when sums of fractions may differ by rounding.
+        # The rest represents failed samples. Without failures it is set to 0, because sums of fractions are rounded.
         rest = np.where(failed > 0, _sums_of(self._of_all) - of_states.sum(axis=-1), 0.0)
         said = {"units": "1", "long_name": "buildings represented by the samples in the damage state"}
         of_failed = {"units": "1", "long_name": "buildings represented by the samples that failed"}
@@ -120,6 +125,6 @@ class NumberSums:
 
 
 def _sums_of(sums: Sums) -> np.ndarray:
-    """Return the sums by cell, with the rounding errors of the additions."""
+    """Return the sums by cell of the statistic, corrected by the rounding errors of the additions, shape [cell]."""
     totals = sums.totals
     return totals[:, 0] + totals[:, 1]

@@ -1,4 +1,4 @@
-"""Samples in each damage state, counted during the run."""
+"""Numbers of samples in each damage state, counted during the run."""
 
 from __future__ import annotations
 
@@ -47,26 +47,25 @@ class DamageCounts(Statistic):
     instead of a run.
 
     Args:
-        limits: Limits [units of the demand], as for `fragility`; for a portfolio those of each archetype, as for
-            `damage_shares`.
-        demand: Demand of the limits that are plain numbers. If a demand has a sign, such as the residual drift ratio,
-            its absolute value is compared.
+        limits: Limits of the damage states [units of the demand], in the form that `fragility` uses; for a portfolio,
+            the limits of each archetype, in the form that `damage_shares` uses.
+        demand: Name of the demand to which limits that are plain numbers apply. If a demand has a sign, such as the
+            residual drift ratio, its absolute value is compared.
         events: Event of each motion, shape [motion]. Only the worst of a structure's samples in an event counts, as in
             `damage_shares`; for MotionsAtSites, only the worst in each draw. With `events=[motion.record for motion in
             design.motions]` both components of a record count as one. None: every motion counts separately.
-        each_place: Whether the states at each storey (or floor) are counted, in addition to the worst.
-        number: Buildings that each structure represents [1], shape [structure]: an inventory's column `number`, in the
-            order of the portfolio (`stock.buildings(inventory)["number"]`). Counts are numbers of samples;
-            `number_of_buildings_by_...`, which `damage_shares` reads, contains the numbers of buildings. None: every
-            structure is one building.
+        each_place: Whether the states at each storey (or floor) are also counted, in addition to the worst.
+        number: Number of buildings that each structure represents [1], shape [structure]: column `number` of an
+            inventory, in the order of the portfolio (`stock.buildings(inventory)["number"]`). The counts remain numbers
+            of samples; the variable `number_of_buildings_by_...`, which `damage_shares` reads, contains the numbers of
+            buildings. None: every structure is one building.
         over: Dimensions of the counts, such as "building" or ("archetype", "motion"); see `Statistic`. For
-            fragility curves ("motion", "stripe", "structure_group").
-        labels: Labels of structures that `over` names.
+            fragility curves use ("motion", "stripe", "structure_group").
+        labels: Labels of structures, by names that `over` contains; see `Statistic`.
         added_storeys: Whether storeys of isolators or of a tuned mass damper count for the worst; see `Statistic`.
-
     Raises:
-        ValueError: If a label's name is not among `over`; when a run begins, if a limit is not positive and finite or
-            limits do not increase, or the scene does not record the demand.
+        ValueError: If `labels` has a name that is not in `over`. When a run begins: if a limit is not positive and
+            finite, limits do not increase, or the scene does not record the demand.
         TypeError: If `over` is neither a name nor a list of names, or `labels` is not a mapping.
 
     Example:
@@ -87,20 +86,21 @@ class DamageCounts(Statistic):
             object.__setattr__(self, "number", real_numbers("DamageCounts: number", self.number))
 
     def reducer(self, population: Population) -> Reducer:
-        """Return the reducer that counts the samples of a run."""
+        """Return the reducer that counts the samples of a run by damage state."""
         counted = DamageReducer(self, population)
         return counted if self.number is None else NumberReducer(counted, checked_number(self.number, population))
 
 
 @dataclass(frozen=True, eq=False)
 class Bounds:
-    """Limits of damage states, in the form that kernels use.
+    """Limits of damage states in the form that kernels use.
 
     Args:
-        states: Names of the damage states, no damage first.
-        demands: The demands that have limits.
-        given: Limits by demand, shape [kind, state]; NaN: no limit. A kind is an archetype.
-        by_archetype: Whether each archetype has its own limits.
+        states: Names of the damage states, "none" first.
+        demands: Names of the demands that have limits.
+        given: For each demand, the limits [units of the demand], shape [kind, state]; NaN: no limit. A kind is an
+            archetype; a scene of one structure has one kind.
+        by_archetype: Whether each archetype has separate limits.
         added_storeys: Whether storeys of isolators or of a tuned mass damper count.
     """
 
@@ -112,7 +112,7 @@ class Bounds:
 
     @staticmethod
     def of(statistic: DamageCounts | DamageLoss, population: Population) -> Bounds:
-        """Return the checked limits of a statistic; for a portfolio, those of each archetype."""
+        """Return the limits of a statistic after a check; for a portfolio, the limits of each archetype."""
         limits: Mapping = statistic.limits
         demand, added = statistic.demand, statistic.added_storeys
         if population.portfolio is None:
@@ -133,12 +133,12 @@ class Bounds:
 
     @cached_property
     def values(self) -> tuple[bytes, ...]:
-        """All limits as bytes, to find statistics with equal limits."""
+        """All limits as bytes, by which statistics with equal limits are recognised."""
         return tuple(rows.tobytes() for rows in self.given)
 
     @cached_property
     def compared(self) -> list[np.ndarray]:
-        """Limits by demand, in which a state without a limit has that of the next state with one."""
+        """For each demand, limits for the search; a state without a limit has the limit of the next heavier state."""
         found = []
         for rows in self.given:
             filled = np.where(np.isnan(rows), np.inf, rows)
@@ -146,7 +146,7 @@ class Bounds:
         return found
 
     def variable(self, population: Population) -> tuple[Variables, Coordinates]:
-        """Return the limits as a variable, and the coordinates of its dimensions."""
+        """Return the limits as a variable for the dataset, and the coordinates of its dimensions."""
         states = {"damage_state": ("damage_state", np.array(self.states), {"long_name": "damage state"})}
         padded = [np.concatenate([np.zeros((len(rows), 1)), rows], axis=1) for rows in self.given]
         said = {"long_name": "limit above which a sample is in the damage state", "demand": ", ".join(self.demands)}
@@ -161,7 +161,11 @@ class Bounds:
 
 
 def states_of(block: Block, bounds: Bounds, population: Population, workers: Workers, *, each_place: bool) -> Any:
-    """Return the damage state of each sample of a block that is ok, shape [place, sample], the worst place last."""
+    """Return the damage state of each sample of a block that is ok, shape [place, sample].
+
+    Places are storeys or floors, if `each_place`; the last place is the worst of all. The result is computed once for
+    all statistics with the same limits.
+    """
 
     def find() -> Any:
         places = block.demand(bounds.demands[0]).shape[1] if each_place else 0
@@ -176,7 +180,7 @@ def states_of(block: Block, bounds: Bounds, population: Population, workers: Wor
 
 
 class DamageReducer(Reducer):
-    """Count the samples of a run by damage state.
+    """Reducer that counts samples by damage state and by cell (combination of places along the dimensions).
 
     Args:
         statistic: The statistic.
@@ -198,34 +202,34 @@ class DamageReducer(Reducer):
         self.begin(cells)
 
     def begin(self, cells: Cells) -> None:
-        """Start with empty counts of these cells."""
+        """Start with empty counts for the given cells of the statistic."""
         places = self.population.scene.structure.dofs if self.dim else 0
         self.cells, self.tally = cells, Tally(cells, places + 1, len(self.bounds.states))
-        self._least: dict[Workers, Any] = {}  # least drift ratio of a collapsed sample
+        self._least: dict[Workers, Any] = {}  # least drift ratio at which a sample collapsed
         self._least_included = np.inf
 
     def partial(self) -> Arrays:
-        """Return the counts of all cells that contain samples."""
+        """Return the counts of all cells that contain samples, and the least drift ratio of collapse, for `include`."""
         return super().partial() | {"least_drift": np.array(self._least_drift)}
 
     def include(self, part: Arrays) -> None:
-        """Add a result of `partial` for structures that are not counted yet."""
+        """Add a result of `partial` from another reducer, for structures that are not counted yet."""
         super().include(part)
         self._least_included = min(self._least_included, float(part["least_drift"]))
 
     def add(self, block: Block, workers: Workers) -> None:
-        """Count the samples of a block."""
+        """Add the samples of a block (structures of a run that are integrated together) to the counts."""
         states = states_of(block, self.bounds, self.population, workers, each_place=bool(self.dim))
         self.tally.add(block, states, workers)
         if DRIFT not in self.bounds.demands or self.population.portfolio is not None:
             return
         added = self.bounds.added_storeys
-        # If isolators do not count, it is unknown whether the isolators or a storey of the building collapsed.
+        # If isolators do not count, it is unknown whether an isolator or a storey of the building collapsed.
         if self.population.counted_places(DRIFT, block.structures, added_storeys=added) is None:
             self._find_least(block, workers)
 
     def _find_least(self, block: Block, workers: Workers) -> None:
-        """Find the least drift ratio at which a sample collapsed."""
+        """Update the least drift ratio at which a sample collapsed, from the samples of a block."""
         if workers not in self._least:
             self._least[workers] = workers.kept(np.full(workers.threads, np.inf))
         drift, least = block.demand(DRIFT), self._least[workers]
@@ -241,12 +245,12 @@ class DamageReducer(Reducer):
         return min([self._least_included, *found])
 
     def variables(self) -> tuple[Variables, Coordinates]:
-        """Return the counts, the samples that failed, and the limits."""
+        """Return the counts by damage state, the numbers of failed samples and the limits, as dataset variables."""
         cells, population, states = self.cells, self.population, len(self.bounds.states)
         variables, coordinates = self.bounds.variable(population)
         table = self.tally.counts.reshape(-1, *cells.shape, states + len(FAILURES))
         said: dict[str, object] = {"long_name": "samples in the damage state, by the worst place", "units": "1"}
-        # Attributes that fragility curves read.
+        # These attributes are read by the functions that fit fragility curves.
         said |= {"demand": ", ".join(self.bounds.demands)}
         said |= {"demand_units": ", ".join(population.demand(name).units for name in self.bounds.demands)}
         said |= {"structures_of_motions": "the same" if population.is_crossed else "their own"}
@@ -267,11 +271,11 @@ class DamageReducer(Reducer):
 
 
 class NumberReducer(Reducer):
-    """Count the samples of a run by damage state, and add up the buildings that they represent.
+    """Reducer that counts samples by damage state, and sums the numbers of buildings that the samples represent.
 
     Args:
         counted: The reducer that counts the samples.
-        number: Buildings that each structure represents [1], shape [structure].
+        number: Number of buildings that each structure represents, shape [structure].
     """
 
     def __init__(self, counted: DamageReducer, number: np.ndarray) -> None:
@@ -279,7 +283,7 @@ class NumberReducer(Reducer):
         self.begin(counted.cells)
 
     def begin(self, cells: Cells) -> None:
-        """Start with empty counts and sums of these cells."""
+        """Start with empty counts and sums for the given cells of the statistic."""
         self.counted = copy(self.counted)
         self.counted.begin(cells)
         self.cells, self.tally = cells, self.counted.tally
@@ -287,26 +291,26 @@ class NumberReducer(Reducer):
 
     @property
     def sums_by_cell(self) -> list[Sums]:
-        """The buildings in each damage state, and those of all units."""
+        """The sums of buildings in each damage state, followed by the sum of all buildings."""
         return self.sums.sums
 
     def partial(self) -> Arrays:
-        """Return the counts and sums of all cells that contain samples."""
+        """Return counts and sums of all cells of the statistic that contain samples, by name, for `include`."""
         return super().partial() | self.counted.partial()
 
     def include(self, part: Arrays) -> None:
-        """Add a result of `partial` for structures that are not counted yet."""
+        """Add a result of `partial` from another reducer, for structures that are not counted yet."""
         self.counted.include(part)
         self.include_sums(part)
 
     def add(self, block: Block, workers: Workers) -> None:
-        """Count and add the samples of a block."""
+        """Add the samples of a block to the counts, and their buildings to the sums."""
         self.counted.add(block, workers)
         states = states_of(block, self.counted.bounds, self.counted.population, workers, each_place=False)
         self.sums.add(block, states, workers)
 
     def variables(self) -> tuple[Variables, Coordinates]:
-        """Return the counts and the numbers of buildings."""
+        """Return the counts of samples and the numbers of buildings, as variables for the dataset."""
         variables, coordinates = self.counted.variables()
         failed = self.counted.tally.counts[-1][:, len(self.counted.bounds.states) :].sum(axis=1)
         return variables | self.sums.variables(failed), coordinates

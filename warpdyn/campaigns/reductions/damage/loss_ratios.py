@@ -1,4 +1,4 @@
-"""Loss ratios of damage states, and their checks."""
+"""Loss ratios of damage states (loss divided by replacement value), and checks of loss ratios."""
 
 from __future__ import annotations
 
@@ -16,18 +16,18 @@ Ratios = Mapping[str, float | tuple[float, float]]
 
 @dataclass(frozen=True, eq=False)
 class LossRatios:
-    """Loss ratios of damage states, each with a beta distribution.
+    """Loss ratios of damage states; the loss ratio in each state has a beta distribution.
 
     Args:
         mean: Mean loss ratio [1], shape [damage_state].
-        deviation: Standard deviation [1], shape [damage_state]; 0 where the ratio is certain.
+        deviation: Standard deviation of the loss ratio [1], shape [damage_state]; 0: the ratio is certain.
     """
 
     mean: np.ndarray
     deviation: np.ndarray
 
     def exceeding(self, ratio: float) -> np.ndarray:
-        """Return the probability in each state that the loss ratio is above a value, shape [damage_state]."""
+        """Return, for each state, the probability that the loss ratio is above `ratio`, shape [damage_state]."""
         certain = self.deviation == 0
         mean, variance = np.where(certain, 0.5, self.mean), np.where(certain, 0.05, self.deviation) ** 2
         size = mean * (1 - mean) / variance - 1
@@ -38,10 +38,10 @@ def checked_ratios(function: str, ratios: Ratios, states: Sequence[str], where: 
     """Return the loss ratios of damage states, or raise an error that names the state.
 
     Args:
-        function: The public function.
-        ratios: Mean loss ratio of each state, or its mean and coefficient of variation.
+        function: Name of the public function, for messages.
+        ratios: Loss ratio of each state: its mean [1], or (mean, coefficient of variation).
         states: The damage states, from the lightest to the heaviest.
-        where: Text that names the archetype in messages.
+        where: Text that identifies the archetype in messages.
 
     Raises:
         TypeError: If `ratios` is not a mapping.
@@ -89,7 +89,14 @@ def checked_ratios(function: str, ratios: Ratios, states: Sequence[str], where: 
 def ratios_of_archetypes(
     function: str, names: Sequence[str], states: Sequence[str], given: Ratios | Mapping[str, Ratios]
 ) -> list[LossRatios]:
-    """Return the loss ratios of each archetype, given for each archetype or once for all."""
+    """Return the loss ratios of each archetype of a portfolio, as a list in the order of `names`.
+
+    Args:
+        function: Name of the public function, for messages.
+        names: Names of the archetypes.
+        states: The damage states, from the lightest to the heaviest.
+        given: Loss ratios by damage state, which apply to all archetypes; or such mappings by archetype.
+    """
     if not isinstance(given, Mapping):
         raise TypeError(
             f"{function}: loss_ratios must map damage states to loss ratios, such as {{'slight': 0.02}}, or archetypes "
@@ -103,12 +110,12 @@ def ratios_of_archetypes(
 
 
 def check_archetypes(function: str, names: Sequence[str], given: Mapping[str, object], what: str) -> None:
-    """Raise a ValueError unless a mapping has each archetype, and no other."""
+    """Raise a ValueError unless the keys of a mapping are exactly the names of all archetypes."""
     _check_named(function, what, "archetypes", names, given)
 
 
 def _check_named(function: str, what: str, kind: str, names: Sequence[str], given: Mapping[str, object]) -> None:
-    """Raise a ValueError that names missing and unknown keys, unless a mapping has exactly these names."""
+    """Raise a ValueError that lists missing and unknown keys, unless the keys of `given` are exactly `names`."""
     missing = [name for name in names if name not in given]
     unknown = [str(name) for name in given if name not in names]
     if missing or unknown:

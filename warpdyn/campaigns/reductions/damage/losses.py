@@ -1,4 +1,4 @@
-"""Losses by damage state, added up during the run."""
+"""Losses that follow from the damage states of samples, summed during the run."""
 
 from __future__ import annotations
 
@@ -34,23 +34,23 @@ class DamageLoss(Statistic):
 
     Args:
         limits: Limits of the damage states [units of the demand]; see `DamageCounts`.
-        loss_ratios: Maps each damage state to its mean loss ratio [1], or to mean and coefficient of variation. For a
-            portfolio: one such mapping for all archetypes, or a mapping of each archetype to such a mapping.
+        loss_ratios: Loss ratio of each damage state: its mean [1], or (mean, coefficient of variation). For a
+            portfolio: one such mapping for all archetypes, or such a mapping for each archetype.
         replacement_values: Replacement value [currency] of each structure (in a portfolio: of each building), shape
             [structure], or one value for all; 1 gives loss ratios. For an inventory use
             `stock.replacement_costs(inventory)`, because the rows of the inventory are in another order than the
             buildings of the portfolio. The cost of a row is the value of all buildings that it represents, so do not
             multiply it by `number`; all these buildings are in the same damage state.
-        demand: Demand of the limits that are plain numbers.
+        demand: Name of the demand to which limits that are plain numbers apply.
         events: Event of each motion, shape [motion]; only the worst of a structure's samples in an event counts, see
-            `DamageCounts`.
+            `DamageCounts`. None: every motion counts separately.
         over: Dimensions of the sums, such as "building" or ("archetype", "event"); see `Statistic`.
-        labels: Labels of structures that `over` names.
+        labels: Labels of structures, by names that `over` contains; see `Statistic`.
         added_storeys: Whether storeys of isolators or of a tuned mass damper count for the worst; see `Statistic`.
 
     Raises:
-        ValueError: If a label's name is not among `over`; when a run begins, see `DamageCounts`, or if a state has no
-            loss ratio or a structure no replacement value.
+        ValueError: If `labels` has a name that is not in `over`. When a run begins: for the reasons of `DamageCounts`,
+            or if a state has no loss ratio or a structure no replacement value.
         TypeError: If `over` is neither a name nor a list of names, or `labels` is not a mapping.
 
     Example:
@@ -72,12 +72,12 @@ class DamageLoss(Statistic):
         object.__setattr__(self, "replacement_values", finite_numbers("replacement_values", self.replacement_values))
 
     def reducer(self, population: Population) -> LossReducer:
-        """Return the reducer that adds up the losses of a run."""
+        """Return the reducer that sums the losses of a run's samples."""
         return LossReducer(self, population)
 
 
 class LossReducer(Reducer):
-    """Add up the losses of the samples of a run.
+    """Reducer that sums the losses of samples by cell (combination of places along the dimensions).
 
     Args:
         statistic: The statistic.
@@ -105,17 +105,17 @@ class LossReducer(Reducer):
         self.begin(cells)
 
     def begin(self, cells: Cells) -> None:
-        """Start with empty counts and sums of these cells."""
+        """Start with empty counts and sums for the given cells of the statistic."""
         self.cells, self.tally = cells, Tally(cells, 1, len(self.bounds.states))
         self.losses, self.scatter = Sums(cells), Sums(cells)
 
     @property
     def sums_by_cell(self) -> tuple[Sums, Sums]:
-        """The sums of the losses, and of the variances that the scatter of the loss ratios adds."""
+        """The sums of the losses, and the sums of the variances that the scatter of the loss ratios adds."""
         return self.losses, self.scatter
 
     def add(self, block: Block, workers: Workers) -> None:
-        """Add the losses of the samples of a block."""
+        """Add the losses of a block's samples to the sums."""
         states = states_of(block, self.bounds, self.population, workers, each_place=False)
         self.tally.add(block, states, workers)
         rows = block.rows(self.cells)
@@ -125,7 +125,7 @@ class LossReducer(Reducer):
         self.scatter.add(found, "loss", True, 1, workers, of_units)
 
     def variables(self) -> tuple[Variables, Coordinates]:
-        """Return sums, mean and variance of the losses, and their numbers of samples."""
+        """Return sum, mean and variance of the losses, and the numbers of samples, as variables for the dataset."""
         cells, states = self.cells, len(self.bounds.states)
         table = self.tally.counts[-1]
         variables, coordinates = failures(cells, table[:, states:])

@@ -16,8 +16,8 @@ from warpdyn.campaigns.running.certification.report import Certificate
 from warpdyn.engine.laws import Device, Law
 from warpdyn.foundations.core.checks import real_number
 
-YIELD_DRIFT, STIFFNESS = 0.01, 1.0e7  # m, N/m: of laws whose parameters do not decide them
-PATHS = 12  # random paths of a law with one value for each parameter
+YIELD_DRIFT, STIFFNESS = 0.01, 1.0e7  # [m], [N/m]: defaults if the parameters of a law do not determine them
+PATHS = 12  # number of random paths if each parameter has one value
 
 
 def certify(
@@ -27,17 +27,18 @@ def certify(
 
     Args:
         law: The law or device with its parameters; all values of each parameter are checked.
-        stiffness: Storey stiffness [N/m]. None: the yield force divided by 0.01 m; 1e7 without a yield force.
-        drift: Scale of the paths [m], such as the yield drift; their largest drifts are 16 times as large. None: the
-            first force among the parameters divided by the stiffness; without a force the largest length.
-        device: GPU whose forces are compared with those of the CPU, such as "cuda:0". None: the first GPU, if any.
+        stiffness: Storey stiffness [N/m]. None: the yield force divided by 0.01 m; 1e7 if there is no yield force.
+        drift: Scale of the drift paths [m], such as the yield drift; the largest drift is 16 times as large. None: the
+            first force among the parameters, divided by the stiffness; without a force, the largest length among them.
+        device: GPU whose forces are compared with those of the CPU, such as "cuda:0". None: the first GPU, if the
+            machine has one.
 
     Returns:
-        A report. It prints a table of checks; `passed` is True if all checks passed; `figure()` draws loops, energies
-        and convergence. Nothing is raised if a check fails.
+        A report. Printed, it is a table of checks; `passed` is True if all checks passed; `figure()` plots hysteresis
+        loops, energies and convergence. No error is raised if a check fails.
 
     Raises:
-        TypeError: If `law` is not an object of a law or device.
+        TypeError: If `law` is not an object of a law or device class.
         ValueError: If its parameters contradict each other.
 
     Example:
@@ -53,12 +54,12 @@ def certify(
 
 
 def certificate(name: str, storeys: Storeys, device: str | None = None) -> Certificate:
-    """Return the report on storeys of a law; the oscillator has the parameters of the first storey.
+    """Run all checks on storeys of a law, and return the report; the oscillator uses the first storey's parameters.
 
     Args:
         name: The law as text.
-        storeys: Storeys that take the paths.
-        device: GPU to compare with; None for the first, if any.
+        storeys: Storeys with the law, their parameters and the scale of their drift paths.
+        device: GPU to compare with the CPU; None: the first GPU, if the machine has one.
     """
     checks = Checks(storeys.element)
     path_checks(storeys, checks)
@@ -71,7 +72,7 @@ def certificate(name: str, storeys: Storeys, device: str | None = None) -> Certi
 
 
 def _storeys(law: Law | Device, stiffness: float | None, drift: float | None) -> Storeys:
-    """Return storeys with the parameters of a law, and the scale of their paths."""
+    """Return storeys with the parameters of a law, and the drift scale of their paths; arguments: see `certify`."""
     values = {name: np.atleast_1d(value) for name, value in law.values().items()}
     forces = [values[name].max() for name, known in law.parameters.items() if known.units == "N"]
     lengths = [values[name].max() for name, known in law.parameters.items() if known.units == "m"]

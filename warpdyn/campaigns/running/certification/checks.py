@@ -1,4 +1,4 @@
-"""The checks of a storey law or device: along paths, in other number types and processors, and in an oscillator."""
+"""Checks of a storey law or device: along drift paths, in float32 and on a GPU, and in an oscillator."""
 
 from __future__ import annotations
 
@@ -21,37 +21,37 @@ from warpdyn.model.ground_motions.motions import GroundMotion
 from warpdyn.model.scene.scene import Scene
 from warpdyn.model.structures.shear_building import ShearBuilding
 
-FINER = 4  # factor of the steps by which step independence is measured
-CONTINUOUS = 0.6  # largest ratio of jumps in finer steps to those in longer steps
+FINER = 4  # factor by which steps are shortened to measure step independence
+CONTINUOUS = 0.6  # largest ratio of the force jumps in the finer steps to those in the longer steps
 ROUNDING = 1e-9
-BEFORE_YIELD = 1 - 1e-6  # largest drift of the check of linearity, over the yield drift
-LEAST_FORCE = 1e-3  # smaller forces and jumps do not count, over stiffness times scale or the largest force
-PERIOD, DURATION, INTERVAL = 0.5, 4.0, 0.01  # s: of the oscillator and its base motion
+BEFORE_YIELD = 1 - 1e-6  # largest drift of the check of linearity, divided by the yield drift
+LEAST_FORCE = 1e-3  # relative force (by stiffness times scale, or by the largest force) below which jumps do not count
+PERIOD, DURATION, INTERVAL = 0.5, 4.0, 0.01  # [s]: of the oscillator and its base motion
 INTEGRATION_STEPS, REFERENCE_STEP = (0.01, 0.005, 0.0025, 0.00125), 0.00015625  # s
 
 Answers = Mapping[str, np.ndarray]
 
 
 class Checks:
-    """The checks of one law or device, with its wider bounds."""
+    """The list of checks of one law or device; some bounds are wider because the law declares an exception."""
 
     def __init__(self, element: type[StoreyElement]) -> None:
         self.exceptions = {**EXCEPTIONS.get(element.name, {}), **checked_exceptions(element)}
         self.found: list[Check] = []
 
     def add(self, name: str, measured: float, bound: float, *, is_least: bool = False) -> None:
-        """Add a check; the arguments are those of `Check`."""
+        """Add a check with its measured value to the list; arguments: see `Check`."""
         bound, reason = self.exceptions.get(name, (bound, ""))
         self.found.append(Check(name, float(measured), bound, is_least, reason))
 
     def skip(self, name: str, bound: float, reason: str, *, is_least: bool = False) -> None:
-        """Add a check whose value was not measured, for this reason."""
+        """Add a check whose value was not measured to the list, with the reason."""
         self.found.append(Check(name, np.nan, bound, is_least, reason, is_measured=False))
 
 
 @np.errstate(invalid="ignore", over="ignore")  # the first check reports values that are not finite
 def path_checks(storeys: Storeys, checks: Checks) -> None:
-    """Check forces, tangents, memory and energies along paths in float64."""
+    """Check forces, tangents, memory and energies of storeys along drift paths in float64; add results to `checks`."""
     spring, add = spring_row(storeys.rules), checks.add
     found, size = storeys.answers(storeys.path()), force_size(storeys)
     energy = size * storeys.scale
@@ -63,14 +63,14 @@ def path_checks(storeys: Storeys, checks: Checks) -> None:
         add("linearity", _nonlinearity(storeys), ROUNDING)
     # With a quarter of the step, the change of a continuous force per step is about a quarter; jumps stay the same.
     jumps = [_largest_jump(storeys, each) for each in (found, finer)]
-    if not (_ratio_of_jumps(jumps, size) <= CONTINUOUS):  # a steep part may be shorter than a step
+    if not (_ratio_of_jumps(jumps, size) <= CONTINUOUS):  # a steep part of the curve may be shorter than a step
         jumps = [jumps[1], _largest_jump(storeys, storeys.answers(storeys.path(FINER**2 * STEPS)))]
     add("continuity of the force", _ratio_of_jumps(jumps, size), CONTINUOUS)
     add("stiffness bound", (_stiffness_excess(storeys, found) / size).max(), 1e-3)
     way = np.where(np.diff(found["drift"], axis=0, prepend=0.0) < 0, -1.0, 1.0)
     slope = (found["force"] - found["behind"]) / (way * CHORD * storeys.scale)
-    # In a step that ends on a corner, the slope before the corner is not the tangent. The tangent of a rate law is that
-    # of its equation.
+    # If a step ends on a corner of the curve, the slope before the corner is not the tangent. The tangent of a rate law
+    # is the tangent of its differential equation.
     missed = np.abs(found["tangent"] - slope) / storeys.p["stiffness"]
     add("tangent", np.quantile(missed, 0.97), 2e-2 if spring.rate is not None else 1e-4)
     add("kept force", (np.abs(found["held"] - found["force"]) / size).max(), ROUNDING)
@@ -81,7 +81,7 @@ def path_checks(storeys: Storeys, checks: Checks) -> None:
     if spring.memory_on_line is not None:
         lines = found["leaves_line"] == 0
         add("memory on a line", found["unlike_mapping"][lines].max(), ROUNDING)
-        # If a line begins or ends within the step, either of the two slopes is right.
+        # If a straight line of the curve begins or ends within the step, either of the two slopes is correct.
         missed = np.abs(found["tangent_on_line"] - found["tangent"])[lines] / storeys.p["stiffness"].max()
         add("tangent on a line", np.quantile(missed, 0.999), 1e-6)
     add("negative elastic energy", -(found["recoverable"] / energy).min(), ROUNDING)
@@ -95,7 +95,13 @@ def path_checks(storeys: Storeys, checks: Checks) -> None:
 
 
 def precision_checks(storeys: Storeys, checks: Checks, device: str | None = None) -> None:
-    """Compare forces in float32, and on a GPU, with those in float64 on the CPU."""
+    """Compare forces in float32 on the CPU, and in float64 on a GPU, with forces in float64 on the CPU; add two checks.
+
+    Args:
+        storeys: Storeys of the law.
+        checks: List that the checks are added to.
+        device: GPU; None: the first GPU, if the machine has one.
+    """
     path, size = storeys.path(), force_size(storeys)
     force = storeys.answers(path)["force"]
     single = storeys.answers(path, "float32")["force"]
@@ -110,10 +116,14 @@ def precision_checks(storeys: Storeys, checks: Checks, device: str | None = None
 
 
 def oscillator_checks(storeys: Storeys, checks: Checks) -> tuple[np.ndarray, np.ndarray]:
-    """Check an oscillator with the first storey; return steps [s] and errors of its displacement."""
+    """Check an oscillator with the law of the first storey: energy balance, and convergence order of rk4.
+
+    Returns:
+        Integration steps [s], and the relative error of the displacement for each step [1].
+    """
     steps, errors, balance = _oscillator(storeys)
     checks.add("energy balance", balance, 1e-3)
-    name, bound = "convergence order of rk4", 1.0  # a smooth law has order 4; corners of a law leave 1 to 2
+    name, bound = "convergence order of rk4", 1.0  # a smooth law has order 4; a law with corners has order 1 to 2
     if steps[-1] > steps[0] / 4:
         checks.skip(name, bound, "the stability limit is shorter than the steps", is_least=True)
     else:
@@ -124,13 +134,13 @@ def oscillator_checks(storeys: Storeys, checks: Checks) -> tuple[np.ndarray, np.
 
 
 def force_size(storeys: Storeys) -> np.ndarray:
-    """Return the largest force of each storey along its path [N], [storey]."""
+    """Return the largest absolute force of each storey along its drift path [N], shape [storey]."""
     largest = np.abs(storeys.answers(storeys.path())["force"]).max(axis=0)
     return np.maximum(largest, LEAST_FORCE * storeys.stiffest * storeys.scale + 1e-30)
 
 
 def work(found: Answers) -> np.ndarray:
-    """Return the work done along a path from rest [J], by the trapezoidal rule, [step, storey]."""
+    """Return the cumulative work on storeys along a path from rest [J] by the trapezoidal rule, [step, storey]."""
     force, drift = (np.concatenate([np.zeros((1, found[name].shape[1])), found[name]]) for name in ("force", "drift"))
     return np.cumsum((force[1:] + force[:-1]) / 2 * np.diff(drift, axis=0), axis=0)
 
@@ -142,7 +152,7 @@ def _initial_stiffness_error(storeys: Storeys) -> float:
 
 
 def _nonlinearity(storeys: Storeys) -> float:
-    """Return the largest error of force = stiffness * drift where the law declares it, over the largest such force."""
+    """Return the largest error of force = stiffness * drift in the linear range, relative to the largest such force."""
     path, stiffness, element = storeys.path(), storeys.p["stiffness"][0], storeys.element
     names = () if element.is_linear else {"yield_force", "yield_force_negative"} & storeys.p.keys()
     if names:
@@ -155,31 +165,36 @@ def _nonlinearity(storeys: Storeys) -> float:
 
 
 def _rises(found: Answers) -> tuple[np.ndarray, np.ndarray]:
-    """Return the rise of the force in the direction of each step [N] and the size of the step [m]."""
+    """Return the rise of the force in the direction of each step [N], and the size of the step [m]: [step, storey]."""
     steps = np.diff(found["drift"], axis=0)
     rises = np.diff(found["force"], axis=0) * np.sign(steps)
-    rises[found["force"][1:] == 0] = 0  # a storey that is exhausted loses its force at once
+    rises[found["force"][1:] == 0] = 0  # a storey whose strength is exhausted loses its force at once
     return rises, np.abs(steps)
 
 
 def _stiffness_excess(storeys: Storeys, found: Answers) -> np.ndarray:
-    """Return the rise of the force in each step beyond that of the declared stiffness [N]."""
+    """Return how much the force rises in each step above the declared stiffness times the step [N]: [step, storey]."""
     rises, steps = _rises(found)
     return rises - storeys.stiffest * steps
 
 
 def _largest_jump(storeys: Storeys, found: Answers) -> np.ndarray:
-    """Return the largest fall, or rise beyond that of the declared stiffness, in a step [N], [storey]."""
+    """Return the largest force jump in a step [N], shape [storey]: a fall, or a rise above the declared stiffness."""
     return np.maximum(_stiffness_excess(storeys, found), -_rises(found)[0]).max(axis=0)
 
 
 def _ratio_of_jumps(jumps: list[np.ndarray], size: np.ndarray) -> float:
-    """Return the largest ratio of the jumps in finer steps to those in longer steps."""
+    """Return the largest ratio [1] of force jumps in finer steps, jumps[1], to those in longer steps, jumps[0]."""
     return float((jumps[1] / np.maximum(jumps[0], LEAST_FORCE * size)).max())
 
 
 def _oscillator(storeys: Storeys) -> tuple[np.ndarray, np.ndarray, float]:
-    """Return steps [s], errors of an oscillator's displacement at these steps, and the error of its energy balance."""
+    """Integrate an oscillator with the first storey's law by rk4, for several steps and a reference step.
+
+    Returns:
+        Integration steps [s]; relative error of the displacement for each step [1]; error of the energy balance for the
+        reference step [1].
+    """
     p = {name: float(values[0, 0]) for name, values in storeys.p.items()}
     stiffness = p.pop("stiffness")
     given: Any = storeys.element(**p)

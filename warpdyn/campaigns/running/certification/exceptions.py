@@ -1,4 +1,4 @@
-"""Wider bounds of checks for laws of warpdyn, with the reasons."""
+"""Exceptions of `certify`: checks for which a law of warpdyn has a wider bound, with the reasons."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from warpdyn.engine.laws.law import StoreyElement
 from warpdyn.foundations.core.near_misses import did_you_mean
 
-#: The names of all checks; some laws have only some of them.
+#: The names of all checks; for some laws, only some of the checks are made.
 CHECKS = (
     "values that are not finite",
     "initial stiffness",
@@ -41,7 +41,7 @@ STRENGTH = "where a reversal removes most of the strength, elastic energy that w
 DROP = "known defect: with strong hardening, a reversal during unloading drops the force by up to 0.6 % of the largest"
 COLLAPSED = "a storey that loses its strength amplifies the error of the step in which a branch begins"
 
-#: From the name of a law to its checks, each with the wider bound and the reason.
+#: Exceptions by the name of the law: each check with its wider bound and the reason.
 EXCEPTIONS: dict[str, dict[str, tuple[float, str]]] = {
     "baber_noori": {"dissipation": (500.0, DAMAGE)},
     "hysteretic": {"dissipation": (0.05, REST), "step independence": (0.05, ENERGY)},
@@ -67,10 +67,10 @@ EXCEPTIONS: dict[str, dict[str, tuple[float, str]]] = {
 
 
 def checked_exceptions(element: type[StoreyElement]) -> Mapping[str, tuple[float, str]]:
-    """Return the exceptions of a law.
+    """Return the exceptions that the class of a law or device declares, after a check: bound and reason by check name.
 
     Raises:
-        ValueError: If an exception names no check, or if its bound is not finite or its reason is missing.
+        ValueError: If the name of a check is unknown, a bound is not finite, or a reason is missing.
     """
     of_class = f"exceptions of {element.__name__}"
     for name, exception in element.exceptions.items():

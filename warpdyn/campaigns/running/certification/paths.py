@@ -1,4 +1,4 @@
-"""Storeys of a law along paths of drift, with the results of all its device functions at every step."""
+"""Storeys of a law that follow prescribed drift paths; all device functions of the law are evaluated at every step."""
 
 from __future__ import annotations
 
@@ -14,18 +14,18 @@ from warpdyn.engine.kernels.plan import DTYPES
 from warpdyn.engine.laws.law import StoreyElement
 from warpdyn.engine.laws.springs import StoreyRules
 
-TURNS, STEPS = 24, 120  # reversals of a path, steps between two of them
-CHORD = 1e-5  # over the drift scale: the length over which slopes and jumps are measured
+TURNS, STEPS = 24, 120  # number of reversals in a path, number of steps between two reversals
+CHORD = 1e-5  # length over which slopes and jumps of the force are measured, as a share of the drift scale
 
 
 @dataclass(frozen=True, eq=False)
 class Storeys:
-    """Storeys of one law or device, each with its own path.
+    """Storeys that have the same law or device; each follows a different drift path.
 
     Args:
-        element: The class of the law or device.
-        p: Its parameters and "stiffness", each [1, storey].
-        scale: A drift at which the storey has yielded or the device works [m], such as the yield drift.
+        element: Class of the law or device.
+        p: Parameters of the law or device, and "stiffness" [N/m], each of shape [1, storey].
+        scale: Drift [m] at which the storey has yielded or the device is active, such as the yield drift.
     """
 
     element: type[StoreyElement]
@@ -34,30 +34,30 @@ class Storeys:
 
     @property
     def count(self) -> int:
-        """Number of storeys."""
+        """Number of storeys, each with a separate drift path."""
         return self.p["stiffness"].shape[1]
 
     @property
     def rules(self) -> StoreyRules:
-        """Their device functions."""
+        """The device functions of the law or device."""
         return self.element.variant(self.p)
 
     @property
     def coefficients(self) -> np.ndarray:
-        """The coefficients that the device functions read, [coefficient, storey]."""
+        """The coefficients that the device functions read, shape [coefficient, storey]."""
         row = self.element.spring(self.p)
         return np.concatenate(np.broadcast_arrays(*self.element.coefficients(self.p, row), self.p["stiffness"])[:-1])
 
     @property
     def stiffest(self) -> np.ndarray:
-        """The declared largest tangent stiffness [N/m], [storey]."""
+        """The largest tangent stiffness that the law declares [N/m], shape [storey]."""
         return np.broadcast_to(self.element.stiffest(self.p), (1, self.count))[0]
 
     def path(self, steps: int = STEPS) -> np.ndarray:
-        """Return drifts [m] with reversals at all sizes, [step, storey]; they end at 0.
+        """Return random drifts [m] with reversals of all amplitudes, shape [step, storey]; the last drift is 0.
 
         Args:
-            steps: Number of steps between two reversals; the reversals do not depend on it.
+            steps: Number of steps between two reversals. It does not change the reversals themselves.
         """
         rng = np.random.default_rng(11)
         shape = (TURNS, self.count)
@@ -66,17 +66,20 @@ class Storeys:
         return legs(np.concatenate([np.zeros((1, self.count)), turns]), steps)
 
     def cycles(self, steps: int = STEPS) -> np.ndarray:
-        """Return drifts [m] of three pairs of cycles, of 1, 3 and 8 times the scale, [step, storey]."""
+        """Return drifts [m] of two cycles each with amplitudes of 1, 3 and 8 times the scale, shape [step, storey]."""
         turns = [0.0, *(side * size for size in (1, 1, 3, 3, 8, 8) for side in (1, -1)), 0.0]
         return legs(np.repeat(self.scale * np.array(turns)[:, None], self.count, axis=1), steps)
 
     def answers(self, drift: np.ndarray, dtype: str = "float64", device: str = "cpu") -> dict[str, np.ndarray]:
-        """Return the results of the device functions at each step, [step, storey] each, and "drift".
+        """Return the results of the device functions at each step of a drift path, by name, and the path as "drift".
 
         Args:
-            drift: Drifts [m], [step, storey].
-            dtype: Number type.
-            device: Device, such as "cpu" or "cuda:0".
+            drift: Drifts [m], shape [step, storey].
+            dtype: Number type, "float32" or "float64".
+            device: Device on which the functions are evaluated, such as "cpu" or "cuda:0".
+
+        Returns:
+            Arrays of shape [step, storey].
         """
         number = DTYPES[dtype]
         given: list[wp.array] = [wp.array(values, dtype=number, device=device) for values in (self.coefficients, drift)]
@@ -87,6 +90,6 @@ class Storeys:
 
 
 def legs(corners: np.ndarray, steps: int) -> np.ndarray:
-    """Return straight paths through corners, [step, storey], each of `steps` steps, without the first corner."""
+    """Return straight paths between successive corners, `steps` steps each, shape [step, storey], without the start."""
     along = np.arange(1, steps + 1)[:, None] / steps
     return np.concatenate([a + (b - a) * along for a, b in itertools.pairwise(corners)])

@@ -1,4 +1,4 @@
-"""Report of a certification: a table of checks and a figure."""
+"""Report of `certify`, which checks a storey law: a table of checks and a figure."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ HEADS = ("check", "measured", "bound", "passed")
 
 @dataclass(frozen=True)
 class Check:
-    """One check.
+    """One check of a storey law or device: a measured value and the bound that it must not exceed.
 
     Args:
-        name: Property that is checked.
-        measured: Measured value; NaN if it was not measured, or if a law returns NaN, which fails.
-        bound: Largest allowed value, or least one if `is_least`.
-        is_least: Whether `bound` is the least allowed value.
-        reason: Reason for a wider bound, or for a value that was not measured; "" without one.
+        name: Property of the law that is checked, such as "passivity".
+        measured: Measured value; NaN if it was not measured, or if the law returned NaN (the check then fails).
+        bound: Largest allowed value; smallest allowed value if `is_least`.
+        is_least: Whether `bound` is the smallest allowed value.
+        reason: Reason why the bound is wider than usual, or why the value was not measured; otherwise "".
         is_measured: Whether the value was measured.
     """
 
@@ -37,16 +37,16 @@ class Check:
 
     @property
     def holds(self) -> bool:
-        """Whether the measured value is within the bound; False if it is not a number."""
+        """Whether the measured value is within the bound; False if the value is NaN."""
         return self.measured >= self.bound if self.is_least else self.measured <= self.bound
 
     @property
     def passed(self) -> bool:
-        """Whether the bound holds, or a reason is given for a value that was not measured."""
+        """Whether the value is within the bound or, if it was not measured, whether a reason is given."""
         return self.holds if self.is_measured else bool(self.reason)
 
     def cells(self) -> tuple[str, ...]:
-        """Return the row of the table."""
+        """Return the check as a row of the table: name, measured value, bound, and whether it passed."""
         measured = f"{self.measured:.2g}" if self.is_measured else "not measured"
         word = "NO" if not self.passed else f"yes ({self.reason})" if self.reason else "yes"
         return self.name, measured, f"{'>=' if self.is_least else '<='} {self.bound:.2g}", word
@@ -54,17 +54,17 @@ class Check:
 
 @dataclass(frozen=True, eq=False)
 class Certificate:
-    """Result of `wd.laws.certify`.
+    """Result of `wd.laws.certify`, the checks of a storey law or device.
 
     Args:
         law: The law or device as text.
         checks: The checks.
-        drift: Drift [m] along cycles of growing size, [step].
-        force: Force [N], [step].
-        work: Work done on the storey [J], [step].
-        elastic: Elastic energy [J], [step].
+        drift: Drift along cycles of increasing amplitude [m], shape [step].
+        force: Force along these cycles [N], shape [step].
+        work: Work done on the storey along these cycles [J], shape [step].
+        elastic: Stored elastic energy along these cycles [J], shape [step].
         steps: Integration steps of the convergence check [s].
-        errors: Errors of the displacement at these steps [1].
+        errors: Relative error of the displacement for each integration step [1].
     """
 
     law: str
@@ -78,7 +78,7 @@ class Certificate:
 
     @property
     def passed(self) -> bool:
-        """Whether all checks passed."""
+        """Whether all checks of the law or device passed."""
         return all(check.passed for check in self.checks)
 
     def __str__(self) -> str:
@@ -95,7 +95,7 @@ class Certificate:
         return html_table(self.law, [check.cells() for check in self.checks], HEADS)
 
     def figure(self) -> Figure:
-        """Draw the force under cycles of growing drift, the energies, and the error by integration step."""
+        """Return a figure of the hysteresis loops, the energies, and the error against the integration step."""
         from matplotlib.figure import Figure
 
         figure = Figure(figsize=(10, 3.4), layout="constrained")

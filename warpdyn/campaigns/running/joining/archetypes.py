@@ -1,4 +1,4 @@
-"""Runs of different buildings, joined as the run of a portfolio in which each building is an archetype."""
+"""Joining of runs of different buildings to the run of a portfolio, in which each building is an archetype."""
 
 from __future__ import annotations
 
@@ -16,15 +16,15 @@ PLACES = ("storey", "floor")
 
 
 def as_portfolio(identities: list[Identities], names: list[str], parts: list[xr.Dataset]) -> xr.Dataset:
-    """Return the samples of runs of several buildings in the form that `simulate` returns a portfolio's run.
+    """Return the samples of runs of several buildings in the form of a portfolio's run from `simulate`.
 
     Args:
-        identities: The runs.
-        names: A name of each run, "" without any.
-        parts: The samples of each run, with the numbers of all.
+        identities: The runs with the identities of their buildings, structures and motions.
+        names: Name of each run that the user gave; "" without a name.
+        parts: Samples of each run, with numbers of structures and motions that are unique in all runs.
 
     Raises:
-        ValueError: If a structure has no storeys.
+        ValueError: If a run is not the run of a ShearBuilding.
     """
     for each in identities:
         if "dof" in each.run.dims or not set(PLACES) & set(each.run.dims):
@@ -45,7 +45,7 @@ def as_portfolio(identities: list[Identities], names: list[str], parts: list[xr.
             kinds[place, : own.size] = own
         rows = part[[name for name, variable in part.variables.items() if "sample" in variable.dims]]
         rows = rows.drop_vars("structure" if "structure" in rows.coords else "building")
-        # Remove the storey kinds of this building: KIND_OF_ARCHETYPES contains those of all buildings.
+        # Remove the storey kinds of this building: KIND_OF_ARCHETYPES contains the storey kinds of all buildings.
         rows = rows.drop_vars((*PLACES, STOREY_KIND), errors="ignore")
         rows = rows.pad({dim: (0, highest - rows.sizes[dim]) for dim in PLACES if dim in rows.dims})
         own_number = part["building" if each.is_portfolio else "structure"]
@@ -72,7 +72,12 @@ def as_portfolio(identities: list[Identities], names: list[str], parts: list[xr.
 
 
 def _names_of_buildings(identities: list[Identities], names: list[str]) -> dict[str, int]:
-    """Return the identities of all building types by names that differ."""
+    """Return the identity of each building type in the runs, by a unique name.
+
+    Args:
+        identities: The runs.
+        names: Name of each run that the user gave; "" without a name.
+    """
     known: dict[str, int] = {}
     for each, name in zip(identities, names, strict=True):
         for own, kind in each.buildings.items():
@@ -91,7 +96,7 @@ def _storeys(run: xr.Dataset) -> int:
 
 
 def _own_storeys(each: Identities, sample: int) -> tuple[int, np.ndarray]:
-    """Return the number of storeys of a sample's building, and the kind of each storey."""
+    """Return the number of storeys of a sample's building, and the kind of each storey (0: of the building itself)."""
     run = each.run
     if not each.is_portfolio:
         kinds = run[STOREY_KIND].values if STOREY_KIND in run.coords else np.zeros(_storeys(run), dtype=np.int8)
@@ -104,7 +109,7 @@ def _own_storeys(each: Identities, sample: int) -> tuple[int, np.ndarray]:
 
 
 def _filled(parts: list[xr.Dataset]) -> xr.Dataset:
-    """Return the parts one after the other; inputs that are scattered only in some parts are NaN in the others."""
+    """Return the samples of all runs in one dataset; inputs that only some runs have are NaN in the other runs."""
     names = dict.fromkeys(name for part in parts for name in part.data_vars)
     for place, part in enumerate(parts):
         for name in names:

@@ -1,4 +1,4 @@
-"""Attributes of a joined run, and checks that runs are comparable."""
+"""Attributes of a joined run, and checks that the joined runs are comparable."""
 
 from __future__ import annotations
 
@@ -12,15 +12,15 @@ import xarray as xr
 from warpdyn.foundations.core.output_variables import measure_of_dataset
 from warpdyn.foundations.files.netcdf import trace
 
-OF_ONE = ("fingerprint", "history", "Conventions", "source", "scene")  # of a single run, or new in a joined run
-WHOLE = "of the whole history"  # peaks without a comment
+OF_ONE = ("fingerprint", "history", "Conventions", "source", "scene")  # attributes that are not combined
+WHOLE = "of the whole history"  # replaces the missing comment of a peak variable in messages
 
 
 def joined_attributes(function: str, runs: Sequence[xr.Dataset]) -> dict[str, object]:
-    """Return the attributes of a joined run: the value that all runs share, or else all values.
+    """Return the attributes of a joined run: the common value of all runs or, if the runs differ, all their values.
 
     Args:
-        function: The public function, for the history.
+        function: Name of the public function, for the attribute `history`.
         runs: The runs.
     """
     titles = dict.fromkeys(str(run.attrs.get("title", "")) for run in runs)
@@ -45,10 +45,10 @@ def joined_attributes(function: str, runs: Sequence[xr.Dataset]) -> dict[str, ob
 
 
 def check_start_times(runs: Sequence[xr.Dataset]) -> None:
-    """Raise a ValueError unless all runs record their peaks from the same time on.
+    """Raise a ValueError unless the peaks of all runs are recorded from the same time (`record_from`) on.
 
-    The time is in the comment of each peak variable, also in joined runs, which may have no attribute `scene`.
-    Capacities have no peak variables, but have the attribute `scene`.
+    The comment of each peak variable contains this time, also in joined runs, which may lack the attribute `scene`.
+    Capacities have no peak variables; their time is in the attribute `scene`.
     """
     for place, run in enumerate(runs[1:], start=1):
         for name in (str(each) for each in run.data_vars if "peak" in str(each) and each in runs[0]):
@@ -67,7 +67,7 @@ def check_start_times(runs: Sequence[xr.Dataset]) -> None:
 
 
 def check_comparable(runs: Sequence[xr.Dataset]) -> None:
-    """Raise a ValueError unless the intensities of the runs are of one measure, in one unit, and of one kind."""
+    """Raise a ValueError unless all runs have the same intensity measure, unit and design (stripes or cloud)."""
     first = runs[0]
     for place, run in enumerate(runs[1:], start=1):
         if ("im_level" in run.coords) != ("im_level" in first.coords):

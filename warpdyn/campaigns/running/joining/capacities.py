@@ -1,4 +1,4 @@
-"""Joining of capacities from several calls: more structures, or more motions."""
+"""Joining of capacities (results of incremental dynamic analysis) with other structures, or with other motions."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from warpdyn.model.ground_motions.motions import motion_numbers
 
 
 def join_capacities(datasets: Sequence[xr.Dataset]) -> xr.Dataset:
-    """Return the capacities of all datasets; errors: see `join`.
+    """Return the capacities of all datasets as one dataset; errors: see `join`.
 
     Args:
         datasets: Results of `capacities` for one building and the same limits.
@@ -64,7 +64,7 @@ def join_capacities(datasets: Sequence[xr.Dataset]) -> xr.Dataset:
             found.assign_coords(drawn_structure=(("structure", "motion"), own, found["drawn_structure"].attrs))
         )
     same_motions = all(np.array_equal(each, motions[0]) for each in motions)
-    # The same structures under every motion, of a crossed design.
+    # True if each dataset has the same structures under every motion (crossed design), and all datasets share them.
     same_structures = all(len(each) == len(drawn[0]) and (each == drawn[0][:, :1]).all() for each in drawn)
     options: Any = {"data_vars": "minimal", "coords": "minimal", "compat": "override", "combine_attrs": "override"}
     if same_motions:
@@ -84,7 +84,7 @@ def join_capacities(datasets: Sequence[xr.Dataset]) -> xr.Dataset:
 
 
 def _drawn(each: Identities) -> np.ndarray:
-    """Return the identity of each drawn structure, shape [structure, motion]."""
+    """Return the identity (digest) of the structure of each pair, shape [structure, motion]."""
     table = each.run["drawn_structure"].transpose("structure", "motion")
     sampling = str(table.attrs.get("sampling", ""))
     of_all = (int(table.max()) + 1,) if sampling == "latin_hypercube" else ()
@@ -94,7 +94,12 @@ def _drawn(each: Identities) -> np.ndarray:
 
 
 def _check_duplicates(drawn: list[np.ndarray], motions: list[np.ndarray]) -> None:
-    """Raise a ValueError if a pair of a structure and a motion is in two datasets."""
+    """Raise a ValueError if two datasets contain the same pair of a structure and a motion.
+
+    Args:
+        drawn: For each dataset, the identity of each structure, shape [structure, motion].
+        motions: For each dataset, the identity of each motion, shape [motion].
+    """
     seen: dict[tuple[int, int], int] = {}
     for place, (structures, of_motions) in enumerate(zip(drawn, motions, strict=True)):
         pairs = set(zip(structures.ravel().tolist(), np.tile(of_motions, len(structures)).tolist(), strict=True))

@@ -1,4 +1,4 @@
-"""Checks for runs that were combined by xr.concat: duplicate samples, and numbers with several meanings."""
+"""Checks that reject runs joined by xr.concat: samples occur twice, or a number denotes different objects."""
 
 from __future__ import annotations
 
@@ -12,13 +12,14 @@ REMEDY = "join runs by wd.join([run, other]), which counts structures and motion
 
 
 def check_samples(function: str, dataset: xr.Dataset) -> None:
-    """Raise a ValueError if samples of a dataset occur twice, or if their numbers are those of several runs.
+    """Raise a ValueError if a dataset contains samples twice, or numbers of structures and motions of several runs.
 
-    An event of a sequence that was selected by xarray, and not by `select_event`, has each history several times.
+    The same error is raised for an event of a sequence that was selected by xarray instead of `select_event`, because
+    such selections contain each history several times.
 
     Args:
-        function: The public function.
-        dataset: A run, of one event.
+        function: Name of the public function that was called, for the message.
+        dataset: A run of one event.
     """
     if "im_level" in dataset and dataset["im_level"].attrs.get("design") == OF_SEQUENCE:
         raise ValueError(
@@ -52,7 +53,7 @@ def check_samples(function: str, dataset: xr.Dataset) -> None:
     key = np.zeros(dataset.sizes["sample"], dtype=np.int64)
     for name in names:
         codes, distinct = pd.factorize(dataset[name].values)
-        key = pd.factorize(key * distinct.size + codes)[0]  # small numbers, whose products do not overflow
+        key = pd.factorize(key * distinct.size + codes)[0]  # renumbered, so that products do not overflow
     again = pd.Series(key).duplicated().to_numpy()
     if again.any():
         place = int(np.flatnonzero(again)[0])

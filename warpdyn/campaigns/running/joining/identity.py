@@ -1,7 +1,7 @@
-"""Identity of the buildings, structures and motions of a run's samples, independent of their numbers.
+"""Identities of a run's buildings, structures and motions, which do not depend on their numbers in the run.
 
 Numbers are valid only within one run: structure 0 of another seed is another structure, and motion 0 of another scene
-may be another record. Identities are digests: the same structure or motion has the same digest in every run.
+may be another record. An identity is a digest: the same structure or motion has the same identity in every run.
 """
 
 from __future__ import annotations
@@ -19,22 +19,22 @@ import xarray as xr
 from warpdyn.foundations.core.description import fingerprint
 
 OF_SAMPLES, OF_MOTIONS = "structure_identity", "motion_identity"  # variables of a joined run
-OF_BUILDING, OF_ARCHETYPES = "building_identity", "archetype_identity"  # an attribute, and a variable
+OF_BUILDING, OF_ARCHETYPES = "building_identity", "archetype_identity"  # an attribute; a variable along archetype
 OF_INPUTS = "drawn_parameters"  # an attribute: names of the variables with drawn parameters
 _ONE_FOR_ALL = "none"
 
 
 def number_of(*values: object) -> int:
-    """Return 63 bits of the digest of some values."""
+    """Return the first 63 bits of the digest of some values, as an integer."""
     return int(fingerprint(*values)[:16], 16) >> 1
 
 
 @dataclass(frozen=True, eq=False)
 class Identities:
-    """The identities of one run.
+    """The identities (digests) of one run's buildings, structures, motions and samples.
 
     Args:
-        place: Number of the run in the arguments of `join`, for messages.
+        place: Number of the run in the arguments of `join`, for error messages.
         run: The run.
     """
 
@@ -43,7 +43,7 @@ class Identities:
 
     @cached_property
     def scene(self) -> Mapping[str, Any]:
-        """The scene, from the attributes of the run."""
+        """The scene of the run, read from the JSON in the attributes of the run."""
         try:
             found = json.loads(str(self.run.attrs["scene"]))
         except (KeyError, json.JSONDecodeError):
@@ -55,12 +55,12 @@ class Identities:
 
     @cached_property
     def is_portfolio(self) -> bool:
-        """Whether it is a run of a portfolio."""
+        """Whether the run is the run of a portfolio."""
         return "archetype_index" in self.run.coords
 
     @cached_property
     def buildings(self) -> dict[str, int]:
-        """Identity of each building type by its name: the building, its scatter and the collapse limit."""
+        """Identity of each building type, by its name: digest of the building, its scatter and the collapse limit."""
         run = self.run
         if OF_BUILDING in run.attrs:
             return {str(run.attrs.get("title", "building")): int(run.attrs[OF_BUILDING])}
@@ -79,7 +79,7 @@ class Identities:
 
     @cached_property
     def building_of_sample(self) -> np.ndarray:
-        """Identity of the building type of each sample."""
+        """Identity of the building type of each sample, shape [sample]."""
         if not self.is_portfolio:
             return np.full(self.run.sizes["sample"], next(iter(self.buildings.values())))
         by_place = np.array([self.buildings[str(name)] for name in self.run["archetype"].values])
@@ -87,7 +87,7 @@ class Identities:
 
     @cached_property
     def structures(self) -> np.ndarray:
-        """Identity of the structure of each sample: its building type, seed, number and drawn parameters."""
+        """Identity of each sample's structure, shape [sample]: digest of building type, seed, number and parameters."""
         if OF_SAMPLES in self.run.coords:
             return self.run[OF_SAMPLES].values
         label = "building" if self.is_portfolio else "structure"
@@ -96,7 +96,7 @@ class Identities:
         columns = {"building_type": self.building_of_sample, "number": self.run[label].values}
         columns["seed"] = np.full(self.run.sizes["sample"], number_of(self.seed, *self._number_of_points))
         for name in self.inputs:
-            # Runs in single and in double precision have the same parameters, rounded.
+            # Runs in float32 and float64 draw the same parameters; rounded to float32 they are equal.
             values = self.run[name].transpose("sample", ...).values.astype(np.float32)
             values = values.reshape(self.run.sizes["sample"], -1)
             columns |= {f"{name} {place}": column for place, column in enumerate(values.T)}
@@ -105,18 +105,18 @@ class Identities:
 
     @cached_property
     def _number_of_points(self) -> tuple[int, ...]:
-        """Number of drawn structures, if structures depend on it (Latin hypercube); otherwise empty."""
+        """Number of drawn structures for Latin hypercube sampling, whose structures depend on it; otherwise empty."""
         if "structure" not in self.run.coords or self.run["structure"].attrs.get("sampling") != "latin_hypercube":
             return ()
         return (int(self.run["structure"].values.max()) + 1,)
 
     @cached_property
     def seed(self) -> object:
-        """The seed; a constant if no sample depends on the seed."""
+        """The seed of the run; a constant if the samples do not depend on the seed."""
         if "seed" not in self.run.attrs:
             raise ValueError(f"join: run {self.place} has no attribute 'seed'; give the result of simulate()")
         excitation = json.dumps(self.scene["excitation"])
-        labels = ("drawn_structure", "structure")  # of capacities, of a run
+        labels = ("drawn_structure", "structure")  # the first is in results of `capacities`, the second in runs
         attributes = next((self.run[name].attrs for name in labels if name in self.run.coords), {})
         sampling = "" if self.is_portfolio else str(attributes.get("sampling", ""))
         draws_motions = '"type": "FilteredNoise"' in excitation or '"motion": null' in excitation
@@ -126,7 +126,7 @@ class Identities:
 
     @cached_property
     def inputs(self) -> list[str]:
-        """Variables with the drawn parameters of each sample."""
+        """Names of the variables that contain the drawn parameters of each sample."""
         if OF_INPUTS in self.run.attrs:
             return [name for name in str(self.run.attrs[OF_INPUTS]).split() if name in self.run]
         scatter = dict(self.scene.get("scatter", {}))
@@ -138,7 +138,7 @@ class Identities:
 
     @cached_property
     def motions(self) -> np.ndarray:
-        """Identity of each motion: its name and its samples, shape [motion]; empty for a run without motions."""
+        """Identity of each motion (digest of its name and samples), shape [motion]; empty for a run without motions."""
         if OF_MOTIONS in self.run:
             return self.run[OF_MOTIONS].values
         if "motion_name" not in self.run:
@@ -153,7 +153,7 @@ class Identities:
 
     @cached_property
     def samples(self) -> pd.MultiIndex:
-        """Structure, motion and level of each sample."""
+        """Identity of each sample: structure, motion, level, and a count of samples for which these three are equal."""
         run, motion = self.run, np.zeros(self.run.sizes["sample"], dtype=np.int64)
         if "motion_index" in run.coords and run["motion_index"].dims == ("sample",):
             motion = self.motions[run["motion_index"].values]
@@ -174,7 +174,7 @@ def _rows_as_numbers(rows: np.ndarray) -> np.ndarray:
 
 
 def _motions_of(excitation: Any) -> list[dict[str, Any]]:
-    """Return the motions in the JSON of an excitation, in the order of their numbers."""
+    """Return the motions in the JSON of an excitation as dictionaries, in the order of their numbers in the run."""
     if not isinstance(excitation, Mapping):
         return []
     return [dict(each) for each in excitation.get("motions", []) if isinstance(each, Mapping) and "name" in each]

@@ -1,4 +1,4 @@
-"""The public function that joins runs: it renumbers structures and motions by their identities."""
+"""Public function `join`, which joins runs and renumbers their structures and motions by identity."""
 
 from __future__ import annotations
 
@@ -17,37 +17,39 @@ from warpdyn.foundations.core.checks import check_dataset
 from warpdyn.model.ground_motions.motions import motion_numbers
 
 ADVICE = "give results of simulate(), such as wd.join([run, other])"
-SAMPLING = ("sobol", "latin_hypercube", "monte_carlo", "given")  # by precedence for intervals
+SAMPLING = ("sobol", "latin_hypercube", "monte_carlo", "given")  # the first that occurs decides the intervals
 
 
 def join(runs: Sequence[xr.Dataset] | Mapping[str, xr.Dataset]) -> xr.Dataset:
-    """Join several runs to one run, for `fragility` and all other estimators.
+    """Join several runs into one run, for `fragility` and all other estimators.
 
-    Numbers of structures and motions are valid only in one run: structure 0 of another seed is another structure, and
-    motion 0 of another scene may be another record. The joined run has new numbers. Two structures are the same if
-    building, scatter, seed, number and drawn parameters are equal; two motions, if their names and samples are equal.
+    Numbers of structures and motions are valid only within one run: structure 0 of another seed is another structure,
+    and motion 0 of another scene may be another record. The joined run has new numbers. Two structures are the same if
+    their building, scatter, seed, number and drawn parameters are equal. Two motions are the same if their names and
+    samples are equal.
 
-    Runs of different buildings, or with different collapse limits, become the archetypes of a portfolio's run, with
-    `building` and `archetype_index` instead of `structure`, and NaN at storeys that a building does not have. Use
-    `select_archetype` for one archetype, or `damage_shares` for all.
+    Runs of different buildings, or with different collapse limits, become the archetypes of a portfolio's run. This run
+    has `building` and `archetype_index` instead of `structure`, and NaN at storeys that a building does not have. Use
+    `select_archetype` to get one archetype, or `damage_shares` for all of them.
 
-    Runs of one EventSequence with different seeds can be joined. Capacities of one building can be joined along
+    Runs of the same EventSequence with different seeds can be joined. Capacities of one building can be joined along
     `structure` if the motions are the same, or along `motion` if the structures are the same.
 
     Args:
-        runs: Results of `simulate`, `capacities` or `join`, in memory or from files, which are read when they are
-            needed. A mapping names the buildings, if they differ.
+        runs: Results of `simulate`, `capacities` or `join`, in memory or opened from files. A mapping from names to
+            runs gives the buildings these names, if the buildings differ.
 
     Returns:
-        The joined run, samples of one run after those of the other. `structure_identity(sample)` and
-        `motion_identity(motion)` identify the samples for further calls of `join`. An attribute that differs contains
-        all values; the attribute `scene` is kept only if it is the same in all runs.
+        The joined run; the samples are in the order of the runs. The variables
+        `structure_identity(sample)` and `motion_identity(motion)` identify structures and motions in further calls of
+        `join`. If the runs differ in an attribute, it contains all values; `scene` is kept only if it is the same in
+        all runs.
 
     Raises:
-        TypeError: If `runs` are not Datasets.
-        ValueError: If a sample is in two runs, which would count twice; if intensities are of different measures, or
-            peaks are recorded from different times on; if a run lacks variables of another one, has whole histories, is
-            one archetype of a portfolio, or is not a run.
+        TypeError: If `runs` is not a list or mapping of Datasets.
+        ValueError: If a sample is in two runs (it would count twice); if the intensities have different measures; if
+            the peaks are recorded from different times on; or if a run lacks variables of another run, contains whole
+            histories, is one archetype of a portfolio, or is not a run.
 
     Example:
         >>> parts = [wd.simulate(scene, structures=2, seed=seed) for seed in (1, 2)]
@@ -83,7 +85,7 @@ def join(runs: Sequence[xr.Dataset] | Mapping[str, xr.Dataset]) -> xr.Dataset:
 
 
 def _checked_runs(runs: object) -> tuple[list[str], list[xr.Dataset]]:
-    """Return the names of the runs, "" without any, and the runs."""
+    """Return the names of the runs ("" without a name) and the runs, after a check of their types."""
     if isinstance(runs, xr.Dataset) or not isinstance(runs, Sequence | Mapping) or isinstance(runs, str):
         raise TypeError(
             f"join() takes a list of runs, or a mapping of names to runs, got {type(runs).__name__}: {ADVICE}"
@@ -98,7 +100,7 @@ def _checked_runs(runs: object) -> tuple[list[str], list[xr.Dataset]]:
 
 
 def _check_run(place: int, run: xr.Dataset) -> None:
-    """Raise a ValueError unless a dataset contains the samples of a run."""
+    """Raise a ValueError unless the dataset number `place` contains the samples of a run."""
     if "sample" not in run.dims or "status" not in run:
         what = "statistics, which keep no samples" if "failed_samples" in run else "not a run"
         raise ValueError(
@@ -120,7 +122,7 @@ def _check_run(place: int, run: xr.Dataset) -> None:
 
 
 def _check_events(identities: list[Identities]) -> None:
-    """Raise a ValueError unless runs of sequences are of the same sequence and building."""
+    """If a run is the run of an EventSequence, raise a ValueError unless all have the same sequence and building."""
     if not any("event" in each.run.dims for each in identities):
         return
     first = identities[0]
@@ -137,7 +139,7 @@ def _check_events(identities: list[Identities]) -> None:
 
 
 def _check_duplicates(identities: list[Identities]) -> None:
-    """Raise a ValueError if a sample of a run is in another one, too."""
+    """Raise a ValueError if a sample occurs in two runs."""
     seen: pd.MultiIndex | None = None
     origin: list[np.ndarray] = []
     for each in identities:
@@ -160,7 +162,7 @@ def _check_duplicates(identities: list[Identities]) -> None:
 
 
 def _check_variables(identities: list[Identities]) -> None:
-    """Raise a ValueError unless all runs have the same demands along `sample`; inputs may differ."""
+    """Raise a ValueError unless all runs have the same demands along `sample`; drawn parameters may differ."""
     inputs = {name for each in identities for name in each.inputs}
     of_samples = [{str(n) for n, v in each.run.variables.items() if "sample" in v.dims} - inputs for each in identities]
     labels = {"structure", "building", "archetype_index", OF_SAMPLES}
@@ -175,7 +177,10 @@ def _check_variables(identities: list[Identities]) -> None:
 
 
 def _renumbered(identities: list[Identities]) -> list[xr.Dataset]:
-    """Return the samples of each run, with numbers of samples, structures and motions that are unique in all runs."""
+    """Return the samples of each run, with new numbers of samples, structures and motions that are unique in all runs.
+
+    The first dataset also contains the variables along `motion` of all runs.
+    """
     structures, _ = pd.factorize(np.concatenate([each.structures for each in identities]))
     motions, distinct = pd.factorize(np.concatenate([each.motions for each in identities]))
     of_run = np.cumsum([0, *(each.run.sizes["sample"] for each in identities)])
@@ -209,7 +214,10 @@ def _renumbered(identities: list[Identities]) -> list[xr.Dataset]:
 
 
 def _together(parts: list[xr.Dataset]) -> xr.Dataset:
-    """Return samples one after the other, and the variables without the dimension `sample` from the first part."""
+    """Return the samples of all runs in one dataset, with the variables without samples from the first run.
+
+    `estimated_relative_error` is the largest value of all runs. Other variables without samples must be equal.
+    """
     rest, error = parts[0].drop_dims("sample"), "estimated_relative_error"
     for place, part in enumerate(parts[1:], start=1):
         for name, variable in part.drop_dims("sample").variables.items():
@@ -229,6 +237,6 @@ def _together(parts: list[xr.Dataset]) -> xr.Dataset:
 
 
 def _sampling(runs: list[xr.Dataset]) -> str:
-    """Return how structures were sampled; if runs differ, the first kind in SAMPLING."""
+    """Return how structures were sampled; if the runs differ, the kind that comes first in SAMPLING; "" if unknown."""
     kinds = {str(run["structure"].attrs.get("sampling", "")) for run in runs}
     return next((kind for kind in SAMPLING if kind in kinds), "")

@@ -1,1 +1,1 @@
-"""Regions of a run, each drawn and integrated separately: in this process or on the workers of a cluster."""
+"""Regions of a run (ranges of structures), each integrated separately: in this process or on a cluster."""

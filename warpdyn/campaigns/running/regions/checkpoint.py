@@ -1,8 +1,9 @@
-"""Checkpoint of a run with `path=`: one file per finished region, so that a run that was killed can resume.
+"""Checkpoint of a run with `path=`: one file per finished region, so that a killed run can resume.
 
-The folder contains `run.json` and a file with checksums for each finished region, a range of structures. `run.json` has
-a hash of everything that decides the results of the run, and what was found before the first region, such as limits of
-recorders. A region whose file is missing or damaged is run again; its results are identical, bit by bit.
+A region is a range of structures. The folder of the checkpoint contains `run.json` and, for each finished region, a
+file with checksums. `run.json` contains a hash of everything that decides the results of the run, and values that were
+found before the first region, such as the size of the regions. A region whose file is missing or damaged is run again;
+its results are bit-identical.
 """
 
 from __future__ import annotations
@@ -18,35 +19,35 @@ from warpdyn.foundations.files.part_files import whole_file
 from warpdyn.foundations.files.unfinished import Unfinished, attributes_of
 from warpdyn.foundations.files.versions import version_of
 
-FINGERPRINT = "fingerprint"  # attribute of a dataset: the digest of all that decides the bits of its run
-DECIDING = ("warpdyn", "warp-lang", "numpy", "scipy")  # packages whose versions decide the bits of a run
+FINGERPRINT = "fingerprint"  # attribute of a dataset: digest of all settings that decide the bits of its run
+DECIDING = ("warpdyn", "warp-lang", "numpy", "scipy")  # packages whose versions may change the bits of a run
 
 
 @cache
 def versions() -> tuple[str | None, ...]:
-    """Return the versions of DECIDING in this process, read once; None for a package that is not installed."""
+    """Return the installed versions of the packages DECIDING, read once; None for a package that is not installed."""
     return tuple(version_of(name) for name in DECIDING)
 
 
 def fingerprint_of(*decides: object) -> str:
-    """Return the digest of all that decides the bits of a run: the arguments, and the versions of DECIDING."""
+    """Return a digest (text) of the arguments and of the versions of the packages DECIDING; it identifies a run."""
     return fingerprint(*decides, *versions())
 
 
 class Checkpoint:
-    """The folder of the finished regions of a run.
+    """Checkpoint of a run: the folder with the files of its finished regions (ranges of structures).
 
     Args:
-        unfinished: Where the file or the store of the run is written.
+        unfinished: Temporary place where the file or the store of the run is written.
         digest: Fingerprint of the run.
-        overwrite: Whether another run at the path, finished or not, is replaced.
+        overwrite: Whether to replace another run, finished or not, that exists at the path.
 
     Attributes:
-        settled: Decisions of an earlier call for each group: the size of regions, and the method that a pilot chose,
-            which may choose another one next time.
+        settled: Decisions of an earlier, interrupted call, by group of structures: the size of its regions, and the
+            settings that its pilot run chose. A resumed run reuses them, because a new pilot may choose differently.
 
     Raises:
-        FileExistsError: If another run is at the path, and `overwrite` is not set.
+        FileExistsError: If another run exists at the path, and `overwrite` is False.
     """
 
     def __init__(self, unfinished: Unfinished, digest: str, overwrite: bool) -> None:
@@ -70,14 +71,14 @@ class Checkpoint:
         self.settle({})
 
     def settle(self, values: dict[str, Any]) -> None:
-        """Keep values for a call that resumes the run."""
+        """Write values to `run.json`, from which a call that resumes the run reads them."""
         self.settled |= values
         with self.unfinished.named_errors(), whole_file(self._header) as part:
             part.write_text(json.dumps({FINGERPRINT: self._digest, "settled": self.settled}))
 
 
 def region_file(folder: Path, group: int, structures: range) -> Path:
-    """Return the file of a finished region."""
+    """Return the path of a finished region's file in a checkpoint folder."""
     return folder / f"{group}-{structures.start}-{structures.stop}.npz"
 
 

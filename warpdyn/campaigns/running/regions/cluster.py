@@ -1,4 +1,4 @@
-"""The workers of a Dask cluster, which run regions."""
+"""Execution of a run by the workers of a Dask cluster, which integrate its regions (ranges of structures)."""
 
 from __future__ import annotations
 
@@ -20,20 +20,20 @@ from warpdyn.foundations.core.messages import say, warn_caller
 if TYPE_CHECKING:
     from distributed import Client, Future, Worker
 
-TASKS_PER_WORKER = 2  # one that runs, and one that is ready, so that no worker waits for its next task
-PATIENCE = 0.3  # seconds of waiting before a signal is looked for
+TASKS_PER_WORKER = 2  # one task that runs and one that is ready, so that a worker does not wait for its next task
+PATIENCE = 0.3  # time between two checks for Ctrl-C while waiting [s]
 
 
 @dataclass(frozen=True)
 class About:
-    """Properties of a worker.
+    """Properties of a worker of a cluster.
 
     Args:
-        host: Its machine.
-        machines: Makers' names of its devices.
-        gpu: Its GPU, with a number that no other GPU of the host has; empty for a CPU.
-        most_memory: Bytes that it may take; None: the memory of the machine.
-        problem: Why it cannot run anything; empty if it can.
+        host: Name of the worker's machine.
+        machines: Product names of the worker's devices.
+        gpu: The worker's GPU, with its PCI address, which is unique on the machine; empty for a CPU.
+        most_memory: Largest memory that the worker may use [bytes]; None: the memory of the machine.
+        problem: Reason why the worker cannot run anything; empty if it can.
     """
 
     host: str = ""
@@ -44,17 +44,17 @@ class About:
 
 
 class OnCluster:
-    """The workers of a Dask cluster.
+    """The workers of a Dask cluster, which execute the tasks of a run.
 
     Args:
-        client: Its client.
-        device: Device of each of them; None for a worker's first GPU, or its CPU.
-        threads: CPU threads of each of them; None for as many as the worker has.
+        client: Client of the cluster.
+        device: Device of every worker; None: a worker's first GPU, or its CPU if it has no GPU.
+        threads: CPU threads of every worker; None: the number of threads that the worker was started with.
 
     Raises:
-        RuntimeError: If workers have other versions of warpdyn, Warp, NumPy or SciPy than this process, or devices of
-            different kinds.
-        ValueError: If a worker has no such device.
+        RuntimeError: If the workers have other versions of warpdyn, Warp, NumPy or SciPy than this process, or have
+            devices of different kinds.
+        ValueError: If a worker does not have the device.
     """
 
     def __init__(self, client: Client, device: str | None, threads: int | None) -> None:
@@ -82,11 +82,14 @@ class OnCluster:
         self.layout: Division = len(found), max(hosts.values()), min(limits, default=None)
 
     def ask(self, function: Callable, job: Job, *arguments: object) -> Any:
-        """Return the result of one call, on any of the workers."""
+        """Execute one function call on any of the workers, and return its result."""
         return next(iter(self.each([("", function, job, *arguments)])))[1]
 
     def each(self, calls: Iterable[Call]) -> Iterator[tuple[Any, Any]]:
-        """Yield keys and results of calls as they finish; if the caller stops early, the other calls are cancelled."""
+        """Execute calls on the workers; yield (key, result) of each as it finishes.
+
+        If the caller stops early, the other calls are cancelled.
+        """
         waiting: dict[Future, tuple[Any, str]] = {}
         calls = iter(calls)
         try:
@@ -111,7 +114,7 @@ class OnCluster:
     def regions(
         self, parts: Sequence[Part], orders: Iterable[Order], advance: Callable[[int], object]
     ) -> Iterator[tuple[Part, int, Report]]:
-        """Yield the reports of regions as they finish, with their part and place."""
+        """Integrate regions on the workers; yield (group, number of the region, report) of each as it finishes."""
         calls = (
             ((part, place), run_region, part.job, part.regions[place], given.get("asked"), given.get("numbers"))
             for part, place, given in orders
@@ -121,7 +124,7 @@ class OnCluster:
             advance(len(part.regions[place]) * sum(part.job.scene.excitation.samples_by_event))
 
     def check_store(self, job: Job) -> None:
-        """Raise an OSError if a worker cannot write to the folder of a job, for example because it has another disk."""
+        """Raise an OSError if a worker cannot write to the folder of a job, for example on another disk."""
         blind = [worker for worker, sees in self.client.run(_sees, str(job.folder)).items() if not sees]
         if blind:
             raise OSError(
@@ -129,10 +132,10 @@ class OnCluster:
             )
 
     def _sent(self, job: Job | Asked) -> Future:
-        """Return a job, or statistics that are asked for, on the cluster.
+        """Send a job or statistics to the cluster once, and return the future of this object.
 
-        It is the result of a task and not scattered data: workers copy it from each other, and if all workers that had
-        it have died, the scheduler runs the task again.
+        The object is sent as the result of a task, not as scattered data: workers copy it from each other, and if all
+        workers with a copy have died, the scheduler runs the task again.
         """
         if job not in self._held:
             with warnings.catch_warnings():
@@ -141,7 +144,7 @@ class OnCluster:
         return self._held[job]
 
     def _finished(self, futures: list[Future]) -> list[Future]:
-        """Wait until at least one of some tasks has finished, and return the finished ones; Ctrl-C stops the wait."""
+        """Wait until at least one of the tasks has finished; return all finished tasks. Ctrl-C stops the wait."""
         from distributed import wait
 
         while True:
@@ -152,7 +155,7 @@ class OnCluster:
                 continue
 
     def _wait_for_one(self) -> None:
-        """Wait until the cluster has a worker: a batch system may start the workers later."""
+        """Wait until the cluster has at least one worker, because a batch system may start the workers later."""
         from distributed import TimeoutError as TimedOut
 
         if not self.client.nthreads():
@@ -165,7 +168,7 @@ class OnCluster:
                 continue
 
     def _check_versions(self) -> None:
-        """Raise a RuntimeError if workers have other versions than this process."""
+        """Raise a RuntimeError if a worker has other versions of the packages DECIDING than this process."""
         own = versions()
 
         # A nested function is pickled by value, so a worker without warpdyn can still run it.
@@ -195,15 +198,20 @@ class OnCluster:
 
 
 def workers_of(cluster: object, device: object, threads: int | None) -> OnCluster:
-    """Return the workers of a client.
+    """Return the workers of a Dask cluster, after checks of the user's arguments.
+
+    Args:
+        cluster: The value that the user gave as the client of the cluster.
+        device: Device of every worker; None: a worker's first GPU, or its CPU.
+        threads: CPU threads of every worker; None: the number that the worker was started with.
 
     Raises:
-        TypeError: If `cluster` is not a client, or a client for asynchronous use.
-        ValueError: If it is closed, or several devices are given.
+        TypeError: If `cluster` is not a client, or is a client for asynchronous use.
+        ValueError: If the client is closed, or several devices are given.
     """
     try:
         from distributed import Client
-    except ImportError:  # then nothing is a Client
+    except ImportError:  # without the package `distributed`, no object is a Client
         Client = ()  # type: ignore[assignment,misc]
     if not isinstance(cluster, Client):
         raise TypeError(f"cluster must be a dask.distributed Client, as Client(LocalCluster()), got {cluster!r}")
@@ -223,7 +231,7 @@ def workers_of(cluster: object, device: object, threads: int | None) -> OnCluste
 
 
 def _about(device: str | None, threads: int | None, dask_worker: Worker) -> About:
-    """Return the properties of a worker; Dask passes the worker."""
+    """Return the properties of the worker that executes this function; Dask passes the argument `dask_worker`."""
     import socket
 
     import warp as wp
@@ -248,7 +256,7 @@ def _same(sent: Job | Asked) -> Job | Asked:
 
 
 def _result(future: Future, what: str) -> Any:
-    """Return the result of a task, or raise its error."""
+    """Return the result of a finished task, or raise its error; `what` describes the task in error messages."""
     from distributed import KilledWorker
 
     try:
@@ -261,13 +269,13 @@ def _result(future: Future, what: str) -> Any:
 
 
 def _text(arguments: Iterable[object]) -> str:
-    """Return a description of a call, for messages."""
+    """Return a short description of a call from its arguments, for error messages."""
     found = next((each for each in arguments if isinstance(each, range)), None)
     return "the preparation of the run" if found is None else f"structures {found.start} to {found.stop - 1}"
 
 
 def _listed(by_worker: dict[str, str]) -> str:
-    """Return each text once, after the workers that gave it."""
+    """Return texts of workers as one line, in which equal texts occur once, after the names of their workers."""
     workers: dict[str, list[str]] = {}
     for worker, text in by_worker.items():
         workers.setdefault(text, []).append(worker)
@@ -275,6 +283,6 @@ def _listed(by_worker: dict[str, str]) -> str:
 
 
 def _some(found: list[str]) -> str:
-    """Return the number of workers, and the names of the first ones."""
+    """Return the number of workers and the names of the first three, as text."""
     shown = ", ".join(sorted(found)[:3])
     return f"{len(found)} workers ({shown}{', ...' if len(found) > 3 else ''})" if len(found) > 1 else found[0]

@@ -1,4 +1,4 @@
-"""Jobs, which are sent to the processes that run regions, and their preparation in each process."""
+"""Jobs, which are sent to the processes that integrate regions of a run, and their preparation in each process."""
 
 from __future__ import annotations
 
@@ -47,24 +47,24 @@ from warpdyn.foundations.core.messages import collected_warnings
 from warpdyn.foundations.files.template import Template
 from warpdyn.model.scene.scene import Scene
 
-MOST_PREPARED = 4  # jobs that a worker of a cluster remembers, which runs many scenes
-# Regions for each worker, so that all workers end at about the same time; samples of the smallest region on a CPU and
-# on a GPU; samples of the largest region on a GPU, in at least two blocks that are processed in parallel.
+MOST_PREPARED = 4  # number of prepared jobs that a worker of a cluster keeps; it may run many scenes
+# Number of regions for each worker, so that all workers end at about the same time; samples of the smallest region on a
+# CPU; on a GPU; samples of the largest region on a GPU, in at least two blocks that are processed in parallel.
 REGIONS_PER_WORKER, LEAST_CPU_REGION, LEAST_GPU_REGION, GPU_REGION = 4, 2**10, 2**15, 2**19
-# Samples of a region on a GPU if they are reduced to statistics: a few seconds of work. At the start and the end of a
-# region the GPU waits for the host, which then takes a small share of the time.
+# Samples of a region whose samples a GPU reduces to statistics: a few seconds of work. At the start and the end of a
+# region the GPU waits for the host; in a region of this size, this is a small share of the time.
 REDUCED_REGION = 2**24
 
 
 @dataclass(frozen=True, eq=False)
 class Asked:
-    """Statistics of a run (of all its groups), in the form that is sent to processes.
+    """Statistics that a run (with all its groups of structures) requests, in the form that is sent to processes.
 
     Args:
         statistics: The statistics.
-        scene: The scene.
-        structures: Number of its structures, or of a portfolio's buildings.
-        key: Unique name of these statistics.
+        scene: Scene of the run.
+        structures: Number of structures of the scene, or of buildings of the portfolio.
+        key: Unique name of this request.
     """
 
     statistics: tuple[Statistic, ...]
@@ -75,24 +75,24 @@ class Asked:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Job:
-    """Everything that a process needs to run the regions of a group.
+    """Everything that a process needs to integrate the regions (ranges of structures) of a group.
 
     Args:
         scene: The scene of the group.
         structures: Number of structures of the group.
-        integration: How they are integrated.
-        chosen: Settings that warpdyn chose for the group: its longest step, or the result of a pilot.
+        integration: How the structures are integrated.
+        chosen: Settings that warpdyn chose for the group: its longest step, or the result of a pilot run.
         execution: Devices, threads and memory of each process.
         outputs: Results of the run, without statistics and path.
         seed: Seed of every random draw.
-        key: Unique name of what `Prepared` computes from the job: all but the folder, the store and the path.
+        key: Unique name of the settings from which `Prepared` is computed: all except `folder`, `store` and `path`.
         group: Number of the group.
-        versions: Versions of DECIDING in the process that started the run.
-        is_divided: Whether the run is divided into regions; otherwise one region has all structures.
+        versions: Versions of the packages DECIDING in the process that started the run.
+        is_divided: Whether the group is divided into regions; False: one region contains all structures.
         is_reduced: Whether samples are reduced to statistics.
-        folder: Folder for the file of each region; None: no files.
-        store: Zarr store that the samples are written to; None: they are in the file of the region, or returned.
-        path: The file or store of the run, for messages.
+        folder: Folder for the file of each region; None: no files are written.
+        store: Zarr store that the samples are written to; None: samples are in the file of the region, or returned.
+        path: File or store that the run writes, for error messages.
     """
 
     scene: Scene
@@ -114,18 +114,18 @@ class Job:
 
 @dataclass(frozen=True, kw_only=True)
 class Layout:
-    """Properties of a group that are known before its first region.
+    """Properties of a group of structures that are known before its first region is integrated.
 
     Args:
-        template: Template of its dataset.
-        attributes: Attributes that describe its integration.
-        samples_by_event: Number of histories of each event.
-        findings: Empty findings of each event.
-        demands: Names of the demands.
-        bytes_per_sample: Bytes of a sample in the dataset.
-        structures_per_region: Structures of every region but the last.
+        template: Template of the group's dataset.
+        attributes: Attributes of the dataset that describe the integration.
+        samples_by_event: Number of response histories in each event.
+        findings: Findings on stability of each event, still empty.
+        demands: Names of the recorded demands.
+        bytes_per_sample: Bytes of one sample in the dataset.
+        structures_per_region: Number of structures in every region; the last region may have fewer.
         messages: Warnings about the settings.
-        deferred: Variables that a dataset in memory computes when they are read.
+        deferred: Names of variables that are computed only when a user reads them, in a dataset in memory.
     """
 
     template: Template
@@ -140,7 +140,7 @@ class Layout:
 
 
 class Prepared:
-    """A job that is prepared to run in this process."""
+    """A job with its model, columns and kernels, prepared for execution in this process."""
 
     def __init__(self, job: Job) -> None:
         execution = job.execution
@@ -149,17 +149,17 @@ class Prepared:
         self.job = job
         self.run = build_run(job.scene, job.structures, job.integration, execution, job.seed, **job.chosen)
         self.columns = columns_kept(self.run, job.outputs)
-        self.messages: list[str] = []  # warnings that were given when it was built
+        self.messages: list[str] = []  # warnings that were given during this preparation
         self._chosen: list[np.ndarray | None] = [None] * len(self.run.samples_by_event)
 
     @cached_property
     def plans(self) -> list[Plan]:
-        """The kernels that are launched."""
+        """Plans of all kernels that the job launches, including those for halved steps, estimates and histories."""
         outputs, found = self.job.outputs, list[Plan]()
         for model in self.run.model.by_event:
             substeps = np.unique(model.timeline.substeps).tolist()
             if is_checked(model):
-                substeps.append(2 * substeps[-1])  # its steps are divided
+                substeps.append(2 * substeps[-1])  # the reliability check halves the steps of some samples
             found += [model.launched(each)[0] for each in substeps]
             if outputs.checked_share is not None or outputs.sample_error is not None:
                 found.append(model.checking.in_float64(model.tolerance, self.run.execution.devices[0]).plan)
@@ -167,16 +167,17 @@ class Prepared:
 
     @cached_property
     def preparation(self) -> Preparation | None:
-        """Preparation of the blocks on their devices; None: the host prepares them.
+        """Preparation kernels, by which a device prepares its blocks; None: the host prepares the blocks.
 
-        The host prepares samples that are chosen for further runs or for histories, because it needs all of them.
+        If samples are run again for an estimate, or their histories are returned, the host prepares all blocks, because
+        it must choose these samples from all samples.
         """
         outputs = self.job.outputs
         chooses = (outputs.checked_share, outputs.sample_error, outputs.histories)
         return preparation_of(self.run) if all(each is None for each in chooses) else None
 
     def estimates(self, block: int) -> list[ErrorEstimate]:
-        """Return an error estimate for each event; `block` is the number of structures that are run again at a time."""
+        """Return an empty error estimate for each event; it reruns samples of `block` structures at a time."""
         run, share = self.run, self.job.outputs.checked_share
         if share is None:
             return []
@@ -189,10 +190,10 @@ class Prepared:
 
 
 class Host:
-    """The jobs, the device queues and the statistics that a process keeps from one region to the next.
+    """State that a process keeps between regions: its prepared jobs, device queues and statistics.
 
     Args:
-        is_worker: Whether it is a worker of a cluster, whose messages go to the process that started the run.
+        is_worker: Whether the process is a worker of a cluster, whose warnings are sent to the process of the user.
     """
 
     def __init__(self, *, is_worker: bool = False) -> None:
@@ -202,10 +203,11 @@ class Host:
         self._queues: dict[tuple[object, ...], list[Queue]] = {}
 
     def prepared(self, job: Job) -> Prepared:
-        """Return a job that is prepared to run in this process; it is prepared once.
+        """Return a job with its model and kernels for this process; the first call prepares it, later calls reuse it.
 
         Raises:
-            RuntimeError: If this process has other versions of DECIDING, as a worker may have that joined late.
+            RuntimeError: If this process has other versions of the packages DECIDING than the process of the user: a
+                worker may have joined after the first check.
         """
         found = self._jobs.get(job.key)
         if found is None:
@@ -223,19 +225,19 @@ class Host:
         return found
 
     def queues(self, prepared: Prepared) -> list[Queue]:
-        """Return the device queues for the blocks of a job.
+        """Return the device queues on which the blocks of a job are integrated.
 
-        All jobs share the queues and their memory on a GPU, unless `memory` limits it: then each job gets new queues.
+        All jobs share the queues and their memory on a GPU. If `memory` is limited, each job gets new queues instead.
         """
         execution = prepared.run.execution
         key = tuple(execution.devices), execution.cores, prepared.job.key if execution.memory is not None else ""
         if key not in self._queues:
-            self._queues.clear()  # frees the memory of the others
+            self._queues.clear()  # frees the memory of the previous queues
             self._queues[key] = open_queues(execution.devices, execution.cores)
         return self._queues[key]
 
     def reduction(self, asked: Asked, threads: int) -> Reduction:
-        """Return the reduction of the regions of a run, made at the first call; it allocates memory for cells later."""
+        """Return the statistics that a run requests; the first call creates them and removes earlier statistics."""
         if asked.key not in self.reductions:
             for earlier in self.reductions.values():
                 earlier.__exit__()
@@ -244,13 +246,13 @@ class Host:
         return self.reductions[asked.key]
 
     def reset(self) -> None:
-        """Reset the queues: an earlier run that was stopped may have left blocks on the devices."""
+        """Reset the queues, because an earlier run that was stopped may have left blocks on the devices."""
         for queue in (queue for queues in self._queues.values() for queue in queues):
             queue.begin()
 
     @contextmanager
     def collected(self) -> Iterator[list[str]]:
-        """Collect the warnings of a block, each once, for the process that started the run."""
+        """Collect the warnings given within a `with` statement, each once, for the process that started the run."""
         messages: list[str] = []
         with warnings.catch_warnings(record=True) if self.is_worker else nullcontext() as caught:
             if self.is_worker:
@@ -260,45 +262,45 @@ class Host:
         messages += dict.fromkeys([*(text for text, _ in own), *(str(each.message) for each in caught or ())])
 
 
-worker_host = Host(is_worker=True)  # of a process that is a worker of a cluster
-one_at_a_time = threading.RLock()  # a region takes all threads of its process, or its GPU
+worker_host = Host(is_worker=True)  # state of this process if it is a worker of a cluster
+one_at_a_time = threading.RLock()  # a region uses all threads of its process, or its GPU
 
 
 def on_worker(function: Any, job: Job, *arguments: object) -> Any:
-    """Call a function of this module or of `region` on a worker of a cluster."""
+    """Call a function of (host, job, arguments) on a worker of a cluster, one call at a time; return its result."""
     with one_at_a_time:
         worker_host.reset()
         return function(worker_host, job, *arguments)
 
 
 def named(found: tuple[str | None, ...]) -> str:
-    """Return versions of DECIDING as text."""
+    """Return versions of the packages DECIDING as text, such as "warpdyn 1.0, numpy missing"."""
     return ", ".join(f"{name} {of_it or 'missing'}" for name, of_it in zip(DECIDING, found, strict=True))
 
 
 def machines_of(execution: Execution) -> list[str]:
-    """Return the makers' names of devices, each once, and how wide the vector registers of a CPU are.
+    """Return the product names of devices, each once; for a CPU with registers of 512 bits, the name mentions them.
 
-    Kernels of tall buildings have other rows of samples if registers are wider, and may round differently.
+    With wider vector registers, kernels of tall buildings process more samples at a time and may round differently.
     """
     width = " with registers of 512 bits" if has_wide_registers() else ""
     return sorted({wp.get_device(name).name + (width if name == "cpu" else "") for name in execution.devices})
 
 
 def lay_out_run(host: Host, job: Job, workers: int, neighbours: int, most_memory: int | None) -> Layout:
-    """Check a job, and return the properties of its group that are known before the first region.
+    """Check a job, and return the properties of its group of structures that are known before the first region.
 
     Args:
-        host: The process.
+        host: State of this process.
         job: The job.
-        workers: Number of processes that will run it.
-        neighbours: How many of them share the memory of a machine.
-        most_memory: Bytes that each of them may take; None: the memory of the machine.
+        workers: Number of processes that will run the job.
+        neighbours: Number of these processes that share the memory of a machine.
+        most_memory: Largest memory of each process [bytes]; None: the memory of the machine.
     """
     prepared = host.prepared(job)
     run, columns = prepared.run, prepared.columns
     if job.outputs.histories is not None:
-        KeptHistories(job.outputs.histories, run, host.queues(prepared)[0])  # checks the histories
+        KeptHistories(job.outputs.histories, run, host.queues(prepared)[0])  # raises an error if they are not allowed
     divide(run, columns, job.execution.memory)
     size = run.structures
     if job.is_divided:
@@ -317,9 +319,10 @@ def lay_out_run(host: Host, job: Job, workers: int, neighbours: int, most_memory
 
 
 def _structures_per_region(prepared: Prepared, workers: int, neighbours: int, most_memory: int | None) -> int:
-    """Return the structures of a region: 30 s of work on a CPU, a few launches on a GPU.
+    """Return the number of structures in a region: about 30 s of work on a CPU, a few launches on a GPU.
 
-    A region has whole ranges of structures, whose failed samples share a limit on reruns.
+    The number is a multiple of `structures_of_a_range`, the number of structures whose failed samples share a limit on
+    reruns, and is limited by memory. Arguments: see `lay_out_run`.
     """
     run, job = prepared.run, prepared.job
     samples_each = run.samples // run.structures
@@ -331,18 +334,18 @@ def _structures_per_region(prepared: Prepared, workers: int, neighbours: int, mo
         work = WORK_OF_A_BLOCK * run.model.threads / (steps * run.model.plan.dofs)
         most, least = min(CPU_BLOCK, max(1, int(work))), LEAST_CPU_REGION
     size = min(most, max(least, -(-run.samples // (REGIONS_PER_WORKER * workers)))) // samples_each
-    if not job.is_reduced:  # a region that is reduced is never in memory as a whole
+    if not job.is_reduced:  # the samples of a reduced region are never all in memory
         room = SHARE_OF_FREE_MEMORY * min(free_memory("cpu") / neighbours, most_memory or np.inf)
         if job.execution.memory is not None:
-            room = (job.execution.memory - MEMORY_OF_CHUNKS) / 2  # the other half is for its blocks
+            room = (job.execution.memory - MEMORY_OF_CHUNKS) / 2  # the other half is for the region's blocks
         size = min(size, int(room / (samples_each * bytes_per_row(run, prepared.columns))))
     together = structures_of_a_range(samples_each)
     return min(max(together, size // together * together), run.structures)
 
 
 def _threads_of_worker() -> int | None:
-    """Return the threads of the Dask worker that runs this task; None outside of a task."""
-    if "distributed" not in sys.modules:  # a worker has imported it; its import takes a third of a second
+    """Return the number of threads of the Dask worker that executes this task; None outside a Dask task."""
+    if "distributed" not in sys.modules:  # a worker has already imported it; the import takes a third of a second
         return None
     from distributed import get_worker
 

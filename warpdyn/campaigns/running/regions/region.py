@@ -1,4 +1,4 @@
-"""Tasks of a process: integrate a region, find stability limits, integrate whole histories, run a pilot."""
+"""Functions that a process executes for a run: integrate a region, find limits, integrate histories, run a pilot."""
 
 from __future__ import annotations
 
@@ -24,16 +24,19 @@ from warpdyn.foundations.files.zarr_stores import write_region
 
 
 class Region:
-    """A region that has begun: its first blocks are being prepared if it runs on a GPU.
+    """A region (range of structures that one process integrates) whose integration has begun.
+
+    On a GPU, the first blocks of the region are prepared from the construction on, while an earlier region may run.
 
     Args:
-        host: The process.
-        job: The job.
-        structures: The structures.
-        asked: Statistics that the samples are reduced to; None: they are not reduced.
-        numbers: Number of each structure in the statistics.
-        rows: Memory for the samples, by name; None: the region gets its own.
-        is_partial: Whether statistics are returned with the report, instead of being added to those of the process.
+        host: State of this process: prepared jobs, device queues and statistics.
+        job: The job (all settings that the process needs).
+        structures: Numbers of the region's structures.
+        asked: Statistics that the samples are reduced to; None: the samples are kept.
+        numbers: Number of each structure in the statistics, shape [structure].
+        rows: Arrays for the samples by variable name, shape [sample, ...]; None: the region allocates them.
+        is_partial: Whether the report contains the region's contribution to the statistics. False: the region adds its
+            samples directly to the statistics of this process.
     """
 
     def __init__(
@@ -79,18 +82,18 @@ class Region:
         self.pipeline.begin(blocks, self.queues)
 
     def close(self) -> None:
-        """Prepare no more blocks."""
+        """Stop the preparation of further blocks."""
         self.pipeline.close()
 
     def finish(self, advance: Callable[[int], object] = lambda done: None) -> Report:
-        """Integrate the samples, and write them to their file or store if the job has one.
+        """Integrate the samples, write them to the file or store of the job if it has one, and return the report.
 
         Args:
             advance: Called with the number of histories done since its last call.
         """
         pipeline, job = self.pipeline, self.job
         for queue in self.queues:
-            queue.spans.clear()  # but no memory, because a GPU may still reduce blocks of an earlier region
+            queue.spans.clear()  # the memory is not freed: a GPU may still reduce blocks of an earlier region
         with closing(self), closing(self.table):
             pipeline.process(advance)
             self.table.finish()
@@ -125,7 +128,7 @@ class Region:
 def run_region(
     host: Host, job: Job, structures: range, asked: Asked | None = None, numbers: np.ndarray | None = None
 ) -> Report:
-    """Run a region from its beginning to its end, on a worker; arguments: see `Region`."""
+    """Integrate a whole region on a worker of a cluster and return its report; arguments: see `Region`."""
     with host.collected() as messages:
         report = Region(host, job, structures, asked, numbers).finish()
     report.messages = messages
@@ -133,7 +136,7 @@ def run_region(
 
 
 def find_limits(host: Host, job: Job, structures: range) -> list[dict[str, Any]]:
-    """Return the stability limits of the structures of a region for each event, as `state_of` returns them."""
+    """Return the stability limits of a region's structures, for each event, as dictionaries from `state_of`."""
     prepared = host.prepared(job)
     findings, queue = prepared.run.findings, host.queues(prepared)[0]
     for block in divide(prepared.run, prepared.columns, job.execution.memory, structures):
@@ -143,7 +146,13 @@ def find_limits(host: Host, job: Job, structures: range) -> list[dict[str, Any]]
 
 
 def integrate_histories(host: Host, job: Job, outcomes: list[tuple[np.ndarray, ...]]) -> xr.Dataset:
-    """Return the whole histories that a job asks for, after the outcomes of its samples are known."""
+    """Return the whole histories that a job requests, as a dataset.
+
+    Args:
+        host: State of this process.
+        job: The job.
+        outcomes: Outcomes of the samples from each region's report: the histories use their final steps.
+    """
     assert job.outputs.histories is not None
     prepared = host.prepared(job)
     histories = KeptHistories(job.outputs.histories, prepared.run, host.queues(prepared)[0])
@@ -153,7 +162,7 @@ def integrate_histories(host: Host, job: Job, outcomes: list[tuple[np.ndarray, .
 
 
 def choose(host: Host, job: Job) -> dict[str, Any]:
-    """Return the method, dtype and longest step that `plan` chooses for a job's target error."""
+    """Return the method, dtype and longest step [s] that a pilot run chooses for a job's target error, by name."""
     integration = job.integration
     assert integration.target_error is not None
     choice = choose_method(

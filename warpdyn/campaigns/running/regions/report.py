@@ -1,4 +1,4 @@
-"""The report of a region, and its file in the checkpoint of a run."""
+"""Report of a region (results of a range of structures), and its file in the checkpoint of a run."""
 
 from __future__ import annotations
 
@@ -20,19 +20,20 @@ OF_THE_RUN = ("samples", "method", "event")
 
 @dataclass(kw_only=True)
 class Report:
-    """Results of a region.
+    """Results of a region, a range of structures that one process has integrated.
 
     Args:
-        structures: Its first structure, and the one after its last.
-        findings: Findings of each event, from `state_of`.
-        errors: Results of the error estimates of each event, part by part, by demand.
-        outcomes: Outcomes of the samples whose histories are kept, from `outcomes_of`.
-        longest_period: The longest first period [s].
-        seconds: Time of sampling, of integrating and in kernels [s].
+        structures: Number of the region's first structure, and number of its last structure plus 1.
+        findings: Findings on the stability of the samples, for each event, from `state_of`.
+        errors: For each event, the results of its error estimate: a list of parts, each with arrays by demand.
+        outcomes: Outcomes of the samples whose whole histories are returned, from `outcomes_of`.
+        longest_period: Longest first period of the structures [s].
+        seconds: Time spent for "sampling", for "integrating" and "in_kernels" [s].
         messages: Warnings.
-        chunks: Digests of the files of its samples in a Zarr store, from `write_region`.
-        statistics: Its contribution to the statistics, from `Reduction.partial`.
-        rows: Values of the samples by name, unless they are in a store, reduced, or already in the run's memory.
+        chunks: Digests of the files in a Zarr store that contain the samples, from `write_region`.
+        statistics: Contribution of the region to the statistics of the run, from `Reduction.partial`.
+        rows: Values of the samples by variable name, shape [sample, ...]. Empty if the samples are in a store, were
+            reduced to statistics, or are already in the memory of the run.
     """
 
     structures: tuple[int, int]
@@ -47,10 +48,10 @@ class Report:
     rows: Arrays = field(default_factory=dict)
 
     def save(self, path: Path) -> None:
-        """Write the report to a temporary file, which is renamed when it is complete.
+        """Write the report to a temporary file, and rename it to `path` when it is complete.
 
-        Two workers may write it at the same time, if the scheduler believes that one of them is dead: each writes to a
-        temporary file.
+        If the scheduler of a cluster believes that a worker is dead, a second worker may write the same report at the
+        same time. Each worker therefore writes to a separate temporary file.
         """
         plain = {name: getattr(self, name) for name in PLAIN} | {"errors": [len(each) for each in self.errors]}
         arrays: Arrays = {f"outcomes/{place}": values for place, values in enumerate(self.outcomes)}
@@ -63,7 +64,7 @@ class Report:
 
     @classmethod
     def load(cls, path: Path) -> Report | None:
-        """Return the report of a file, without its rows; None if it is missing or damaged: the region is run again."""
+        """Read a report, except its samples, from a file; return None if the file is missing or damaged."""
         kept = load_arrays(path, without="rows/")
         if kept is None:
             return None
@@ -90,20 +91,20 @@ PLAIN = ("structures", "findings", "longest_period", "seconds", "messages", "chu
 
 
 class RowsOfRegions:
-    """A variable of the samples of a run, in the files of its regions.
+    """One variable of the samples of a run, read from the files of the run's regions.
 
     Args:
-        name: The variable.
-        files: The files.
-        first: First sample of each file.
-        path: The file of the run, for messages.
+        name: Name of the variable.
+        files: File of each region.
+        first: Number of the first sample in each file.
+        path: File that the run writes, for error messages.
     """
 
     def __init__(self, name: str, files: list[Path], first: list[int], path: Path) -> None:
         self.name, self.files, self.first, self.path = name, files, first, path
 
     def __getitem__(self, part: slice) -> np.ndarray:
-        """Return the values of a range of samples, sample first."""
+        """Return the values of a range of samples, given as slice(start, stop), shape [sample, ...]."""
         begin, end = np.searchsorted(self.first, [part.start, part.stop - 1], side="right")
         found = []
         for place in range(begin - 1, end):
@@ -114,15 +115,15 @@ class RowsOfRegions:
 
 
 def rows_in(file: Path, names: Iterable[str], path: Path) -> Arrays:
-    """Return variables of the samples of a region.
+    """Read variables of the samples of one region from its file, and return them by name, shape [sample, ...].
 
     Args:
-        file: The file of the region.
-        names: The variables.
-        path: The file of the run, for messages.
+        file: File of the region.
+        names: Names of the variables.
+        path: File that the run writes, for error messages.
 
     Raises:
-        OSError: If the file was damaged after the run found it to be whole.
+        OSError: If the file is damaged, although it was complete when the run checked it.
     """
     try:
         with np.load(file) as kept:
@@ -135,13 +136,18 @@ def rows_in(file: Path, names: Iterable[str], path: Path) -> Arrays:
 
 
 def state_of(findings: StabilityFindings) -> dict[str, Any]:
-    """Return the findings of some samples, in types that JSON can represent."""
+    """Return findings on the stability of samples as a dictionary of types that JSON can represent."""
     held = {name: value for name, value in vars(findings).items() if name not in OF_THE_RUN}
     return held | {"failed": {str(code): count for code, count in findings.failed.items()}}
 
 
 def merged(empty: StabilityFindings, states: Iterable[dict[str, Any]]) -> StabilityFindings:
-    """Return the findings of a run from those of its regions, in the order of their samples."""
+    """Return the findings of a run, merged from the findings of its regions.
+
+    Args:
+        empty: Findings of no samples, of the same run.
+        states: Findings of each region, from `state_of`, in the order of their samples.
+    """
     found = empty.of_no_samples()
     for state in states:
         region = empty.of_no_samples()

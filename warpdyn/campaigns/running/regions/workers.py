@@ -1,4 +1,4 @@
-"""Regions run by this process."""
+"""Execution of a run by this process, which integrates its regions (ranges of structures) one after the other."""
 
 from __future__ import annotations
 
@@ -22,22 +22,22 @@ from warpdyn.foundations.core.interruption import stop_if_asked
 from warpdyn.foundations.core.messages import collected_warnings, warn_caller
 from warpdyn.foundations.core.thread_pool import Ahead
 
-Division = tuple[int, int, int | None]
-Call = tuple[Any, ...]  # a key, a function of a host, a job and other arguments, the job, these arguments
+Division = tuple[int, int, int | None]  # workers, workers that share a machine, largest memory of a worker [bytes]
+Call = tuple[Any, ...]  # a key, a function of (host, job, other arguments), the job, the other arguments
 
 
 @dataclass(eq=False, kw_only=True)
 class Part:
-    """The run of a group: structures that share a kernel, divided into regions.
+    """A group of structures that share a kernel, divided into regions (ranges of structures).
 
     Args:
-        number: Number of the group.
-        job: Everything that a process needs to run its regions.
-        layout: Its properties that are known before the first region.
-        regions: Structures of each region.
-        named: Context in which messages name the group.
-        buildings: Numbers of its structures in a portfolio; None: the structures are those of the run.
-        reports: Reports of the finished regions, by their place among the regions.
+        number: Number of the group in the run.
+        job: Everything that a process needs to run the regions.
+        layout: Properties of the group that are known before its first region.
+        regions: Range of structures of each region, numbered within the group.
+        named: Function that returns a context in which messages contain the name of the group.
+        buildings: Number in the portfolio of each structure of the group; None: the scene has one structure.
+        reports: Reports of the finished regions, by the number of the region.
     """
 
     number: int
@@ -50,42 +50,42 @@ class Part:
 
     @property
     def samples(self) -> int:
-        """Number of samples."""
+        """Number of samples of the group."""
         return self.layout.samples_by_event[-1]
 
     @property
     def histories(self) -> int:
-        """Number of histories, over all events."""
+        """Number of response histories of the group, summed over all events."""
         return sum(self.layout.samples_by_event)
 
     @property
     def along(self) -> dict[str, xr.Variable]:
-        """Variables of the dataset that have one value for each sample, without values."""
+        """Variables of the dataset that have one value for each sample, by name, without samples."""
         return {str(k): v for k, v in self.layout.template.variables.items() if v.dims[:1] == ("sample",)}
 
     def first_sample(self, structure: int) -> int:
-        """Return the first sample of a structure."""
+        """Return the number of the first sample of a structure, within the group."""
         return structure * (self.samples // self.job.structures)
 
     def numbers(self, place: int) -> np.ndarray:
-        """Return the number in the run of each structure of a region."""
+        """Return the number in the whole run of each structure of region number `place`, shape [structure]."""
         region = np.asarray(self.regions[place])
         return region if self.buildings is None else self.buildings[region]
 
 
-# A region that is to be run: its part, its place there, and further arguments of `Region`.
+# An order to run a region: its group, its number in the group, and additional constructor arguments of `Region`.
 Order = tuple[Part, int, dict[str, Any]]
 
 
 class Here:
-    """This process; `OnCluster` has the same methods.
+    """This process as the only worker of a run; `OnCluster` has the same methods.
 
     Args:
         execution: Devices, threads and memory.
 
     Attributes:
-        machines: Makers' names of the devices, as `machines_of` returns them.
-        layout: Number of workers, number of workers that share a machine, and largest memory [bytes] of a worker.
+        machines: Product names of the devices, from `machines_of`.
+        layout: Number of workers, number of workers that share a machine, and largest memory of a worker [bytes].
     """
 
     def __init__(self, execution: Execution) -> None:
@@ -94,11 +94,11 @@ class Here:
         self.layout: Division = (1, 1, None)
 
     def ask(self, function: Callable, job: Job, *arguments: object) -> Any:
-        """Return the result of one call."""
+        """Execute one function call in this process, and return its result."""
         return function(self.host, job, *arguments)
 
     def each(self, calls: Iterable[Call]) -> Iterator[tuple[Any, Any]]:
-        """Yield keys and results of calls, in order."""
+        """Execute calls one after the other; yield the (key, result) of each call."""
         for key, function, *arguments in calls:
             stop_if_asked()
             yield key, function(self.host, *arguments)
@@ -106,22 +106,22 @@ class Here:
     def regions(
         self, parts: Sequence[Part], orders: Iterable[Order], advance: Callable[[int], object]
     ) -> Iterator[tuple[Part, int, Report]]:
-        """Yield the reports of regions, in order, with their part and place.
+        """Integrate regions in their order; yield (group, number of the region, report) of each.
 
         Args:
-            parts: The groups that have such regions.
+            parts: The groups that have unfinished regions.
             orders: The regions.
             advance: Called with the number of histories done since its last call.
 
-        A region begins while the region before it runs, so that a GPU does not wait for its first block; if `memory` is
-        limited, it begins after the region before it.
+        The preparation of a region begins while the previous region runs, so that a GPU does not wait for its first
+        block. If `memory` is limited, it begins after the previous region has finished.
         """
         execution, begun = self.execution, list[Region]()
         jobs = [part.job for part in parts]
         plans = {part.number: self.host.prepared(part.job).plans for part in parts}
 
         def begin(order: Order) -> tuple[Order, LocalFuture[Region], list[tuple[str, type[Warning]]]]:
-            """Begin a region; its warnings are also returned if it raises an error."""
+            """Begin a region in another thread; return it as a future, with its warnings."""
             future: LocalFuture[Region] = LocalFuture()
             with collected_warnings() as found:  # the line of the user's code is not known in this thread
                 try:
@@ -162,6 +162,6 @@ class Here:
 
 
 def _close(regions: list[Region]) -> None:
-    """Prepare no more blocks of regions that have begun."""
+    """Stop the preparation of further blocks in all regions that have begun."""
     for region in regions:
         region.close()
