@@ -2,19 +2,11 @@
 
     python studies/benchmark.py --out results [--device cpu] [--quick] [--method stoermer]
 
-<<<<<<< HEAD
-Measures the kernels (laws x storeys x number types x recorders x devices) and peers with the same task, whose peak
-drifts must agree with warpdyn's; the main job from its scene to a file, split into its parts; the scaling over samples,
-CPU threads and GPUs; and the first compile. Writes benchmark.nc and three figures. Peers are in studies/peers; missing
-peers are listed. With --method, only kernels by this method and the peers compared with them are measured, and
-benchmark_METHOD.nc is written.
-=======
 The study measures: the kernels (laws x storeys x number types x recorders x devices); other programs ("peers") with the
 same task, whose peak drifts must agree with those of warpdyn; the main job, from its scene to a file, split into its
 parts; the scaling over samples, CPU threads and GPUs; and the first compilation. It writes benchmark.nc and
-benchmark.png. The code of the peers is in studies/peers; peers that are not installed are listed. With --method, the
+three figures. The code of the peers is in studies/peers; peers that are not installed are listed. With --method, the
 study measures only the kernels of this method and the peers compared with them, and writes benchmark_METHOD.nc.
->>>>>>> h/lang_docs
 """
 
 from __future__ import annotations
