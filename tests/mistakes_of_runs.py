@@ -126,13 +126,13 @@ RUNS = {
     "distributions of one run": (
         lambda: wd.plots.drift_distributions(demands()),
         TypeError,
-        "needs a mapping from design names to a run each, such as {'existing': ...",
+        "needs a mapping from the name of each design to a run",
         "got Dataset",
     ),
     "distributions of a list": (
         lambda: wd.plots.drift_distributions({"as it is": [0.01]}),
         TypeError,
-        "the run of design 'as it is' must be a Dataset, got list",
+        "design 'as it is' must be a Dataset, got list: give a run",
     ),
     "record of no path": (
         lambda: wd.records.read_at2(None),

@@ -313,7 +313,10 @@ def test_other_tables_are_refused_before_a_file_is_made(name, tmp_path):
     swapped = RESULTS.rename(columns={"longitude": "latitude", "latitude": "longitude"})
     swapped["latitude"] += 80
     for changed, message in (
-        (edited("longitude", np.inf), r"longitude of '001' \(row 1\) is inf; it must be from -180 to 180 \[degree\]$"),
+        (
+            edited("longitude", np.inf),
+            r"longitude of '001' \(row 1\) is inf; it must be from -180 to 180 \[degree\]: correct or drop this row$",
+        ),
         (edited("longitude", -180.5), r"longitude of '001' \(row 1\) is -180.5; it must be from -180 to 180"),
         (
             edited("latitude", 90.5),

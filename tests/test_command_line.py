@@ -221,7 +221,10 @@ def test_warnings_and_errors_of_a_process_have_the_name_of_the_command(scene_fil
     assert done.stderr.startswith("warpdyn run: warning: ")
     failed = subprocess.run([*command, "run.txt"], capture_output=True, text=True, check=False)
     assert (failed.returncode, failed.stdout) == (2, "")
-    assert failed.stderr == "warpdyn run: error: the name of --out must end in .nc or .zarr, got run.txt\n"
+    assert (
+        failed.stderr == "warpdyn run: error: the name of --out must end in .nc or .zarr, got run.txt: give "
+        "--out run.nc (netCDF) or --out run.zarr\n"
+    )
 
 
 def test_the_commands_of_the_page_run(tmp_path, monkeypatch):

@@ -110,7 +110,9 @@ def _run(given: argparse.Namespace) -> int:
     from warpdyn.interfaces.command_line.scene_files import read_scene
 
     if not given.out.endswith((".nc", ".zarr")):
-        raise ValueError(f"the name of --out must end in .nc or .zarr, got {given.out}")
+        raise ValueError(
+            f"the name of --out must end in .nc or .zarr, got {given.out}: give --out run.nc (netCDF) or --out run.zarr"
+        )
     scene = read_scene(given.scene, given.motions, given.motion_unit, given.motion_step)
     device = given.device[0] if given.device and len(given.device) == 1 else given.device
     run = wd.simulate(

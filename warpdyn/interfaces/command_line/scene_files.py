@@ -33,7 +33,9 @@ def read_scene(path: Path, motions: Sequence[str], unit: str | None, step: float
         OSError: If a file does not exist or cannot be read.
     """
     if not path.is_file():
-        raise FileNotFoundError(f"{path}: {'this is a directory' if path.is_dir() else NO_FILE}")
+        raise FileNotFoundError(
+            f"{path}: {'this is a directory: give the file with the scene' if path.is_dir() else NO_FILE}"
+        )
     if path.stat().st_size > LARGEST_SCENE:
         raise ValueError(
             f"{path} has {in_words(path.stat().st_size)}, too much for a scene: give the file with the text of "
@@ -115,4 +117,7 @@ def read_dataset(path: Path) -> xr.Dataset:
         return xr.open_zarr(path) if is_store else xr.open_dataset(path, engine="netcdf4")
     except Exception as error:  # readers raise errors of many classes for files of other formats
         kind = "Zarr store" if is_store else "netCDF file"
-        raise ValueError(f"{path} cannot be read as a {kind} ({type(error).__name__}: {error})") from error
+        raise ValueError(
+            f"{path} cannot be read as a {kind} ({type(error).__name__}: {error}): give the file of --out or of "
+            "simulate(path=...)"
+        ) from error

@@ -39,14 +39,13 @@ def check_exceedance(what: str, curves: CurveSet, levels: np.ndarray, probabilit
             if not 0 <= value <= 1:  # NaN too
                 raise ValueError(
                     f"{what}: the probability of exceeding {state!r} is {value:g} at {level:g} {units}; it must be "
-                    "from 0 to 1"
+                    "from 0 to 1: correct the curves"
                 )
         for i in np.flatnonzero(np.diff(values) < 0):
             raise ValueError(
                 f"{what}: the probability of exceeding {state!r} falls from {values[i]:.4g} at {levels[i]:g} {units} "
-                f"to {values[i + 1]:.4g} at {levels[i + 1]:g} {units}; give intensities=[...] to write the fitted "
-                "curves "
-                "instead of the stripe fractions"
+                f"to {values[i + 1]:.4g} at {levels[i + 1]:g} {units}: correct the curves, or give "
+                "write_nrml_fragility(intensities=[...]) to write the fitted curves instead of the stripe fractions"
             )
     for lighter in range(len(states) - 1):
         excess = probability[lighter + 1] - probability[lighter]
@@ -57,6 +56,6 @@ def check_exceedance(what: str, curves: CurveSet, levels: np.ndarray, probabilit
                 f"{units} the probability of exceeding the heavier state is {probability[lighter + 1, worst]:.4g}, "
                 f"that of the lighter state {probability[lighter, worst]:.4g}. The share of buildings in the lighter "
                 f"state would be negative (beyond -{LARGEST_CROSSING:g}). Give both states the same dispersion, or "
-                "write a "
-                "range of intensities in which the curves do not cross"
+                "choose a range of intensities in which the curves do not cross, by intensities= (discrete) or "
+                "minimum_intensity= and maximum_intensity= (continuous) of write_nrml_fragility()"
             )

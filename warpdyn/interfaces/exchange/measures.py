@@ -34,7 +34,7 @@ def openquake_measure(text: str) -> str:
 def _openquake(text: str) -> tuple[str, IntensityMeasure]:
     """Return the name of an intensity measure in OpenQuake, and the measure as an object."""
     if not isinstance(text, str):
-        raise ValueError(f"measure must be a name, such as 'SA(0.3)', got {text!r}")
+        raise ValueError(f"measure must be a name, got {text!r}: give measure='SA(0.3)' or 'PGA'")
     found = measure_named(text)
     if found is None or not found.kind or found.components not in COMPONENTS:
         raise ValueError(f"OpenQuake has no intensity measure {text!r}; give measure= as one of {_ALLOWED}")

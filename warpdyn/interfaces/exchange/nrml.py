@@ -35,7 +35,7 @@ def check_by_taxonomy(function: str, datasets: object, argument: str) -> None:
     assert isinstance(datasets, Mapping)
     if not datasets:
         raise ValueError(
-            f"{function}() needs at least one taxonomy, such as {{'CR/H:5': curves}}, got an empty mapping"
+            f"{function}() needs at least one taxonomy, but {argument} is an empty mapping: give {{'CR/H:5': dataset}}"
         )
     for taxonomy, dataset in datasets.items():
         check_taxonomy(function, taxonomy)
@@ -46,7 +46,10 @@ def check_taxonomy(function: str, taxonomy: object, what: str = "taxonomy") -> N
     """Raise a ValueError unless OpenQuake accepts the name of a taxonomy: ASCII text without spaces, quotes or '#'."""
     good = isinstance(taxonomy, str) and taxonomy and taxonomy.isascii() and not re.search(r"[\s#'\"]", taxonomy)
     if not good:
-        raise ValueError(f"{function}: {what} {taxonomy!r} must be ASCII text without spaces, quotes or '#'")
+        raise ValueError(
+            f"{function}: {what} {taxonomy!r} must be ASCII text without spaces, quotes or '#': rename it, such as "
+            "'CR/H:5'"
+        )
 
 
 def check_state_names(function: str, states: Iterable[object]) -> None:
@@ -63,7 +66,10 @@ def checked_description(function: str, description: str | None, default: str) ->
     """Return the description of a model without surrounding spaces; raise a ValueError if the text is empty."""
     text = default if description is None else description
     if not isinstance(text, str) or not text.strip():
-        raise ValueError(f"{function}: description must be text (OpenQuake requires it), got {description!r}")
+        raise ValueError(
+            f"{function}: description must be text, because OpenQuake requires it, got {description!r}: remove "
+            "description= or give a text"
+        )
     return text.strip()
 
 

@@ -183,14 +183,15 @@ def _add_continuous(
         limit = own.no_damage if is_of_file or NO_DAMAGE in dataset.attrs else least
     if not greatest > least:
         raise ValueError(
-            f"{what}: maximum_intensity ({greatest:g} {units}) must be above minimum_intensity ({least:g})"
+            f"{what}: maximum_intensity ({greatest:g} {units}) must be above minimum_intensity ({least:g} {units}): "
+            "give a larger maximum_intensity= or a smaller minimum_intensity="
         )
     # The user must give limits on either side of the medians; limits that were read from a file may be above a median.
     if is_given and (not max(least, limit) < median[0] or not greatest > median[-1]):
         raise ValueError(
             f"{what}: minimum_intensity ({least:g} {units}) and no_damage_limit ({limit:g}) must be below the smallest "
             f"median, and maximum_intensity ({greatest:g}) above the largest; the medians are {median[0]:g} to "
-            f"{median[-1]:g} {units}"
+            f"{median[-1]:g} {units}: change these arguments, or remove them to use limits around the medians"
         )
     levels = np.geomspace(max(least, limit) or LEAST_CHECKED * greatest, greatest, CHECKED_POINTS)
     check_exceedance(what, curves, levels, curves.shape.probability(levels, median, dispersion))
@@ -231,7 +232,10 @@ def _add_discrete(
     elif no_damage_limit is not None:
         limit = real_number(f"{FUNCTION}: no_damage_limit", no_damage_limit, above=0)
         if not limit < levels[0]:
-            raise ValueError(f"{what}: no_damage_limit ({limit:g}) must be below the first intensity, {levels[0]:g}")
+            raise ValueError(
+                f"{what}: no_damage_limit ({limit:g}) must be below the first intensity, {levels[0]:g}: give a smaller "
+                "no_damage_limit="
+            )
         attributes["noDamageLimit"] = repr(limit * factor)
     ElementTree.SubElement(function, "imls", attributes).text = nrml.row(levels * factor)
     for state, values in zip(curves.names, probability, strict=True):
@@ -241,5 +245,6 @@ def _add_discrete(
 def _check_levels(what: str, levels: np.ndarray) -> None:
     if levels.ndim != 1 or levels.size < 2 or not (levels > 0).all() or (np.diff(levels) <= 0).any():
         raise ValueError(
-            f"{what}: a discrete function needs at least 2 increasing intensities above 0, got {levels.tolist()}"
+            f"{what}: a discrete function needs at least 2 increasing intensities above 0, got {levels.tolist()}: give "
+            "intensities=[...]"
         )

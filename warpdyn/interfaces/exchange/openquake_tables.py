@@ -52,7 +52,7 @@ def write_taxonomy_mapping(
     check_kind(TAXONOMIES, "a mapping of taxonomies to ids of functions", mapping, Mapping)
     if not mapping:
         raise ValueError(
-            f"{TAXONOMIES}() needs at least one taxonomy, such as {{'CR/H:5': 'CR_H5'}}, got an empty mapping"
+            f"{TAXONOMIES}() needs at least one taxonomy, but the mapping is empty: give {{'CR/H:5': 'CR_H5'}}"
         )
     heads = ("taxonomy", "risk_id", "weight")
     rows: list[Sequence[object]] = [heads]
@@ -61,7 +61,7 @@ def write_taxonomy_mapping(
         if not isinstance(given, str | Mapping):
             raise TypeError(
                 f"{TAXONOMIES}: the value for taxonomy {taxonomy!r} must be the id of a function or a mapping of ids "
-                f"to weights, got {shortened(given)}"
+                f"to weights, got {shortened(given)}: give 'CR_H5' or {{'CR_H5': 0.7, 'CR_H6': 0.3}}"
             )
         weights = given if isinstance(given, Mapping) else {given: 1.0}
         for risk_id, weight in weights.items():
@@ -166,7 +166,10 @@ def write_consequences(
     one_of("consequence", consequence, KINDS)
     one_of("loss_type", loss_type, nrml.LOSS_TYPES)
     if not consequences:
-        raise ValueError(f"{CONSEQUENCES}() needs at least one id, got an empty mapping")
+        raise ValueError(
+            f"{CONSEQUENCES}() needs at least one id, but the mapping is empty: give "
+            "{'CR_H5': {'slight': 0.1, ...}}"
+        )
     states: list[str] = []
     rows: list[Sequence[object]] = []
     for risk_id, shares in consequences.items():
@@ -178,8 +181,8 @@ def write_consequences(
             raise ValueError(f"{CONSEQUENCES}: {risk_id!r} has no damage states: give {{'slight': 0.1, ...}}")
         if states and own != states:
             raise ValueError(
-                f"{CONSEQUENCES}: the damage states of {risk_id!r} are {', '.join(own)}, those of the first id "
-                f"{', '.join(states)}; all ids need the same states"
+                f"{CONSEQUENCES}: the damage states of {risk_id!r} are {', '.join(own)}, but the first id has "
+                f"{', '.join(states)}; all ids of a file need the same states: write two files"
             )
         states = own
         values = [_share(risk_id, state, shares[state]) for state in states]
@@ -205,12 +208,13 @@ def _share(risk_id: str, state: str, given: object) -> float:
     if isinstance(given, Sequence) and not isinstance(given, str):
         if not 1 <= len(given) <= 2:
             raise ValueError(
-                f"{what} must be a number, or a pair such as mean and coefficient of variation, got {given!r}"
+                f"{what} must be a number, or a pair of mean and coefficient of variation, got {given!r}: give 0.1 or "
+                "(0.1, 0.3)"
             )
         given = given[0]
     value = real_number(what, given, least=0)
     if value > 1:
-        raise ValueError(f"{what} is {value:g}; it must be at most 1 (2 % is 0.02)")
+        raise ValueError(f"{what} is {value:g}; it must be at most 1 (2 % is 0.02): divide percentages by 100")
     return value
 
 

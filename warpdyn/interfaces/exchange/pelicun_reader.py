@@ -133,7 +133,7 @@ def _given_units(units: Mapping[str, str] | None) -> Mapping[str, str]:
     if units is None:
         return {}
     if not isinstance(units, Mapping):
-        raise TypeError(f"{FUNCTION}: units must map kinds to units, such as {{'PID': 'rad'}}, got {units!r}")
+        raise TypeError(f"{FUNCTION}: units must map kinds of demand to units, got {units!r}: give {{'PID': 'rad'}}")
     for kind, unit in units.items():
         one_of("kind of demand in units", kind, FACTORS)
         one_of(f"unit of {kind}", unit, FACTORS[kind])
@@ -187,7 +187,9 @@ def _labelled(found: dict[str, dict[int, np.ndarray]], failed: np.ndarray) -> xr
         family, _, period = kind.partition("_")
         known = measure_named(f"SA({period})" if period else family)
         if known is None:
-            raise ValueError(f"{FUNCTION}: the period of {kind!r} must be above 0 s, as in 1-SA_0.75-0-1")
+            raise ValueError(
+                f"{FUNCTION}: the period of {kind!r} must be above 0 s, as in 1-SA_0.75-0-1: rename the column"
+            )
         units, measure = known.level_units, known.name
         text: dict[str, object] = {"long_name": label_of_levels(measure), MEASURE: measure, **unit_attributes(units)}
         text |= {PERIOD: float(period), DAMPING: 0.05} if period else {}

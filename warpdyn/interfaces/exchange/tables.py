@@ -134,12 +134,17 @@ def _row_dimensions(dataset: xr.Dataset, rows: str | Sequence[str] | None) -> tu
             raise ValueError(_which_rows(dimensions))
         return (dimensions[0] if len(dimensions) == 1 else DEFAULT_ROWS,)
     if not isinstance(rows, str) and not is_row_of_text(rows):
-        raise TypeError(f"{FUNCTION}: rows must be the name of a dimension or several, got {shortened(rows)}")
+        raise TypeError(
+            f"{FUNCTION}: rows must be the name of a dimension or a list of such names, got {shortened(rows)}: give "
+            f"rows={dimensions[0]!r}"
+        )
     chosen = (rows,) if isinstance(rows, str) else tuple(rows)
     for dimension in chosen:
         one_of("dimension of rows", dimension, dimensions)
     if not chosen or len(set(chosen)) < len(chosen):
-        raise ValueError(f"{FUNCTION}: rows must name one or more different dimensions, got {rows!r}")
+        raise ValueError(
+            f"{FUNCTION}: rows must name one or more different dimensions, got {rows!r}: give rows={dimensions[0]!r}"
+        )
     return chosen
 
 

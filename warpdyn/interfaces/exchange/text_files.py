@@ -30,11 +30,13 @@ def checked_path(function: str, path: str | os.PathLike, *suffixes: str) -> Path
             to another user.
     """
     if not isinstance(path, str | os.PathLike) or not os.fspath(path):
-        raise TypeError(f"{function}: path must name a file, got {path!r}")
+        raise TypeError(f"{function}: path must name a file, got {path!r}: give path='name{suffixes[0]}'")
     path = Path(path)
     if path.suffix.lower() not in suffixes:
         allowed = " or ".join(repr(suffix) for suffix in suffixes)
-        raise ValueError(f"{function}: the name of {path} must end in {allowed}")
+        raise ValueError(
+            f"{function}: the name of {path} must end in {allowed}: rename it to {path.stem or 'name'}{suffixes[0]}"
+        )
     target = resolved(path)
     try:
         check_folder(target.parent)
@@ -74,7 +76,9 @@ def check_same_format(function: str, path: Path, mark: str, what: str, overwrite
 
 def _check_own(function: str, path: Path, overwrite: bool, what: str, is_own: Callable[[], bool]) -> None:
     if not isinstance(overwrite, bool):
-        raise TypeError(f"{function}: overwrite must be True or False, got {overwrite!r}")
+        raise TypeError(
+            f"{function}: overwrite must be True or False, got {overwrite!r}: give overwrite=True to replace the file"
+        )
     if not overwrite and path.exists() and not is_own():
         raise FileExistsError(
             f"{function}: {path} exists and is not {what}, so it may contain other data: choose another name, or "

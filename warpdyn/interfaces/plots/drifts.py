@@ -291,18 +291,17 @@ def checked_designs(function: str, designs: object, what: str) -> dict[str, xr.D
     """Return a mapping from design names to datasets; raise an error unless it contains at least one Dataset."""
     if not isinstance(designs, Mapping) or isinstance(designs, xr.Dataset):  # a Dataset is a mapping, too
         raise TypeError(
-            f"plots.{function}() needs a mapping from design names to a {what} each, such as "
-            f"{{'existing': ..., 'with dampers': "
-            f"...}}, got {type(designs).__name__}"
+            f"plots.{function}() needs a mapping from the name of each design to a {what}, got "
+            f"{type(designs).__name__}: give {{'existing': ..., 'with dampers': ...}}"
         )
     for name, dataset in designs.items():
         if not isinstance(dataset, xr.Dataset):
             raise TypeError(
-                f"plots.{function}(): the {what} of design {name!r} must be a Dataset, got {type(dataset).__name__}"
+                f"plots.{function}(): design {name!r} must be a Dataset, got {type(dataset).__name__}: give a {what}"
             )
     if not designs:
         raise ValueError(
-            f"plots.{function}() needs at least one {what}, such as {{'existing': ...}}, got an empty mapping"
+            f"plots.{function}() needs at least one {what}, but the mapping is empty: give {{'existing': ...}}"
         )
     return {str(name): dataset for name, dataset in designs.items()}
 

@@ -60,8 +60,8 @@ def damage_map(
     if not known.any():
         if state is None and not (weight > 0).any():
             raise ValueError(
-                "plots.damage_map: no building has a replacement_cost above 0, by which loss ratios are weighted: add "
-                "the column to the inventory, or draw a damage state: damage_map(results, state)"
+                "plots.damage_map: no building has a replacement_cost above 0, but the map weights loss ratios by it: "
+                "add the column to the inventory, or draw a damage state: damage_map(results, state)"
             )
         raise ValueError(
             "plots.damage_map: no building has a value, because all samples failed: select "

@@ -87,8 +87,8 @@ def panels(
     for each in given:
         if not isinstance(each, Axes):
             raise TypeError(
-                f"plots.{function}: ax must be matplotlib axes, such as those of "
-                f"plt.subplots(), got {type(each).__name__}"
+                f"plots.{function}: ax must be matplotlib axes, got {type(each).__name__}: make them by "
+                "figure, ax = plt.subplots()"
             )
     if len(given) != count:
         one = "1 panel" if count == 1 else f"{count} panels"
@@ -124,7 +124,9 @@ def colours_of(names: Iterable[object], colours: Colours) -> list[str]:
 def check_colour(colour: object) -> None:
     """Raise a ValueError unless the argument is a colour that matplotlib knows."""
     if not isinstance(colour, str | tuple) or not is_color_like(colour):
-        raise ValueError(f"colour must be a colour of matplotlib, such as '#0072B2', got {shortened(colour)}")
+        raise ValueError(
+            f"colour must be a colour that matplotlib knows, got {shortened(colour)}: give colour='#0072B2'"
+        )
 
 
 def logarithmic(axes: Axes, which: str, values: ArrayLike) -> None:

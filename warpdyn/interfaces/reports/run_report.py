@@ -57,9 +57,9 @@ def report(dataset: xr.Dataset, path: str | os.PathLike, *, title: str | None = 
     check_same_format("report", path, WRITTEN, "a report of warpdyn", overwrite)
     check_dataset("report", dataset, "scene", "seed", "method", "source", advice=ADVICE)
     if title is not None and not isinstance(title, str):
-        raise TypeError(f"report: title must be text, got {title!r}")
+        raise TypeError(f"report: title must be text, got {title!r}: give title='...' or remove it")
     if title is not None and not title.strip():
-        raise ValueError("report: title must not be empty")
+        raise ValueError("report: title must not be empty: give title='...', or remove it to use the title of the run")
     has_samples = "sample" in dataset.dims
     if has_samples:
         check_dataset("report", dataset, "status", "integration_step", advice=ADVICE)

@@ -69,7 +69,10 @@ def _numbers(function: str, results: pd.DataFrame, name: str) -> np.ndarray:
     """Return a column of the table as float64 numbers, shape [row]; raise a ValueError if it is not numeric."""
     column = results[name]
     if not pd.api.types.is_numeric_dtype(column):
-        raise ValueError(f"{function}: column {name!r} has the type {column.dtype}; it must contain numbers")
+        raise ValueError(
+            f"{function}: column {name!r} has the type {column.dtype}; it must contain numbers: convert it by "
+            f".astype({{{name!r}: float}})"
+        )
     return column.to_numpy(dtype=np.float64, na_value=np.nan)
 
 
@@ -82,7 +85,7 @@ def _check_range(function: str, results: pd.DataFrame, name: str, low: float, hi
         allowed = f"from {low:g} to {high:g}" if high < np.inf else f"finite and at least {low:g}"
         raise ValueError(
             f"{function}: {name} of {results['id'].iloc[row]!r} (row {row}) is {values[row]:g}; it must be "
-            f"{allowed}{hint}"
+            f"{allowed}{hint}: correct or drop this row"
         )
 
 

@@ -167,7 +167,10 @@ def _frames(kept: np.ndarray, time: tuple[float, float] | None, step: float) -> 
                 f"time=({first:g}, {last:g}), got {shortened(time)}"
             )
         if given[0] >= last:
-            raise ValueError(f"plots.{FUNCTION}: time begins at {given[0]:g} s, but the histories end at {last:g} s")
+            raise ValueError(
+                f"plots.{FUNCTION}: time begins at {given[0]:g} s, but the histories end at {last:g} s: give an "
+                f"earlier start, such as time=({first:g}, {last:g})"
+            )
         first, last = float(given[0]), min(float(given[1]), last)
     count = int((last - first) / step * (1 + 1e-9)) + 1
     if count > MOST_FRAMES:
