@@ -272,7 +272,7 @@ def test_curves_of_a_run_are_taken_as_they_come():
     np.testing.assert_array_equal(found["annual_rate"], wd.annual_rates(curves(given), BENT)["annual_rate"])
     assert (found["annual_rate_lower"] < found["annual_rate"]).all()
     assert (found["annual_rate"] < found["annual_rate_upper"]).all()
-    with pytest.raises(ValueError, match=r"the hazard is of 'SA\(1.0\)' and the curves are of 'PGA'"):
+    with pytest.raises(ValueError, match=r"the measure of the hazard is 'SA\(1.0\)' and that of the curves is 'PGA'"):
         wd.annual_rates(fitted, wd.HazardCurve(BENT.intensity, BENT.annual_rate, measure="SA(1.0)"))
 
 
@@ -290,7 +290,7 @@ def test_curves_that_do_not_fit_are_refused():
     with pytest.raises(ValueError, match="hazard is in 'g' and the medians in 'm s-1'"):
         wd.annual_rates(curves(STATES, units="m s-1"), BENT)
     named = wd.HazardCurve(BENT.intensity, BENT.annual_rate, measure="SA(0.2)")
-    with pytest.raises(ValueError, match=r"'SA\(0.2\)' and the curves are of 'Sa\(0.75 s, 5 %\)'"):
+    with pytest.raises(ValueError, match=r"'SA\(0.2\)' and that of the curves is 'Sa\(0.75 s, 5 %\)'"):
         wd.annual_rates(curves(STATES, measure="Sa(0.75 s, 5 %)"), named)
     with pytest.raises(ValueError, match="no fragility_dispersion"):
         wd.annual_rates(curves(STATES).drop_vars("fragility_dispersion"), BENT)

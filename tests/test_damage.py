@@ -233,11 +233,11 @@ def test_a_run_that_is_not_of_a_portfolio_is_refused_with_what_to_type():
     scene = wd.Scene(building, wd.Cloud(MOTIONS))
     run, limits = wd.simulate(scene, device="cpu"), {"slight": 0.002, "complete": 0.01}
     counts = wd.simulate(scene, device="cpu", statistics=wd.DamageCounts(limits, over=("motion",)))
-    words = r"damage_shares: run is of one structure, not of a wd.Portfolio.*wd.Archetype\(building, count\)"
+    words = r"damage_shares: run contains one structure, not a wd.Portfolio.*wd.Archetype\(building, count\)"
     for dataset, given in ((run, {"houses": limits}), (run, limits), (run, None), (counts, None)):
         with pytest.raises(ValueError, match=rf"{words}.*limits={{'houses': limits}}; .*wd.fragility\(run, limits\)$"):
             wd.damage_shares(dataset, given)
-    with pytest.raises(ValueError, match=r"select_archetype: run is of one structure.*use the run itself"):
+    with pytest.raises(ValueError, match=r"select_archetype: run contains one structure.*use the run itself"):
         wd.select_archetype(run, "houses")
     with pytest.raises(ValueError, match="damage_shares: run has no 'archetype': give the run of a portfolio"):
         wd.damage_shares(xr.Dataset({"drift": ("sample", [0.1])}), {"houses": limits})

@@ -129,7 +129,7 @@ def test_a_run_joined_with_itself_is_refused():
         (lambda run: xr.Dataset({"failed_samples": 0}), "statistics, which keep no samples"),
         (
             lambda run: run.assign_coords(im_level=run["im_level"].assign_attrs(intensity_measure="PGV")),
-            "intensities of run 1 are of 'PGV'",
+            "intensity measure of run 1 is 'PGV'",
         ),
         (lambda run: run.assign_coords(im_level=run["im_level"].assign_attrs(units="m s-1")), "has units 'm s-1'"),
         (

@@ -250,7 +250,7 @@ def test_functions_that_are_refused():
     ):
         with pytest.raises(ValueError, match=words):
             wd.expected_annual_loss(function(levels, ratios), HAZARD)
-    with pytest.raises(ValueError, match=r"'PGA' and the curves are of 'SA\(1.0\)'"):
+    with pytest.raises(ValueError, match=r"'PGA' and that of the curves is 'SA\(1.0\)'"):
         wd.expected_annual_loss(function([0.1, 1.0], [0.0, 1.0], intensity_measure="SA(1.0)"), HAZARD)
 
 

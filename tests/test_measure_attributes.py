@@ -67,7 +67,9 @@ def test_a_hazard_curve_of_another_measure_is_refused_whatever_the_label_says(fu
     assert curves.attrs["intensity_measure_period"] == 0.4
     assert curves.attrs["intensity_measure_damping_ratio"] == 0.03
     levels, rates = [0.05, 0.5, 1.0, 3.0], [1e-1, 1e-2, 1e-3, 1e-5]
-    with pytest.raises(ValueError, match=r"the hazard is of 'PGA' and the curves are of 'Sa\(0.4 s, 3 %\)'"):
+    with pytest.raises(
+        ValueError, match=r"the measure of the hazard is 'PGA' and that of the curves is 'Sa\(0.4 s, 3 %\)'"
+    ):
         wd.annual_rates(curves, wd.HazardCurve(levels, rates, measure="PGA"))
     assert float(wd.annual_rates(curves, wd.HazardCurve(levels, rates, measure="Sa(0.4 s, 3 %)"))["annual_rate"][0]) > 0
 

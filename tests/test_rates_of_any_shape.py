@@ -264,7 +264,8 @@ def test_penalised_fits_are_told_once(tmp_path):
 
 def test_rates_of_curves_that_cross_are_told_of_as_losses_are():
     with pytest.warns(
-        UserWarning, match="cross: the heavier state is likelier by up to .* each rate is that of the state's curve"
+        UserWarning,
+        match="the probability of the heavier state is higher by up to .* each rate is that of the state's curve",
     ):
         found = wd.annual_rates(curves(CROSSING), BENT)
     alone = [wd.annual_rates(curves({name: CROSSING[name]}), BENT)["annual_rate"].item() for name in CROSSING]

@@ -84,7 +84,7 @@ def test_only_curves_of_probabilities_are_read(tmp_path):
         curve = wd.HazardCurve.from_openquake_csv(file(tmp_path, HAZARD.format(kind=kind)))
         assert curve.annual_rate == pytest.approx(-np.log1p(-np.array([0.3, 0.1, 0.02])) / 50)
     for kind in ("std", "xyz", ""):
-        with pytest.raises(ValueError, match=rf"file.csv is of kind='{kind}', .*kind='mean'"):
+        with pytest.raises(ValueError, match=rf"file.csv contains a curve of kind='{kind}', .*kind='mean'"):
             wd.HazardCurve.from_openquake_csv(file(tmp_path, HAZARD.format(kind=kind)))
     for kind in ("quantile-0.15", "max"):
         with pytest.warns(UserWarning, match=rf"kind='{kind}', so rates and losses computed with it are not means"):

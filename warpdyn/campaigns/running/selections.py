@@ -220,5 +220,5 @@ def check_portfolio(function: str, run: xr.Dataset, of_one: str) -> None:
     scene = str(run.attrs.get("scene", ""))[:200]  # the rest may list a million buildings
     if scene and '"archetypes"' not in scene and "archetype" not in run.variables:
         raise ValueError(
-            f"{function}: run is of one structure, not of a wd.Portfolio, so that it has no archetypes: {of_one}"
+            f"{function}: run contains one structure, not a wd.Portfolio, so that it has no archetypes: {of_one}"
         )

@@ -258,8 +258,9 @@ def check_hazard(function: str, hazard: Hazard, units: str, measure: str) -> Non
     warn_unless_compared(f"{function}: the hazard and the curves", hazard.measure, measure)
     if same_measure(hazard.measure, measure) is False:
         raise ValueError(
-            f"{function}: the hazard is of {hazard.measure!r} and the curves are of {measure!r}. Give the hazard of "
-            f"the measure {measure!r} (interpolate between periods), or HazardCurve(..., measure='') to skip this check"
+            f"{function}: the measure of the hazard is {hazard.measure!r} and that of the curves is "
+            f"{measure!r}. Give the hazard of the measure {measure!r} (interpolate between periods), or "
+            "HazardCurve(..., measure='') to skip this check"
         )
 
 

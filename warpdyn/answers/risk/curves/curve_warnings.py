@@ -26,9 +26,9 @@ def warn_of_crossing(curves: CurveSet, consequence: str = AS_LIKELY) -> None:
     excess = np.diff(curves.probability(levels), axis=0).max(axis=1, initial=0.0)
     for i in np.flatnonzero(excess > CROSSING):
         warn_caller(
-            f"the fragility curves of {curves.names[i]!r} and {curves.names[i + 1]!r} cross: the heavier state is "
-            f"likelier by up to {100 * excess[i]:.2g} %; {consequence}. Use fragility(..., estimator='ordinal'), which "
-            "fits curves that do not cross"
+            f"the fragility curves of {curves.names[i]!r} and {curves.names[i + 1]!r} cross: the probability of "
+            f"the heavier state is higher by up to {100 * excess[i]:.2g} %; {consequence}. Use "
+            "fragility(..., estimator='ordinal'), which fits curves that do not cross"
         )
 
 

@@ -86,12 +86,12 @@ def _check_kind(path: str | Path, header: str) -> None:
     kind = found[1] if found else "mean"
     if not re.fullmatch(r"mean|max|quantile-[\d.]+|rlz-\d+|\d+", kind):
         raise ValueError(
-            f"{path} is of kind={kind!r}, whose values are not probabilities of exceedance (for 'std' they are "
-            "standard deviations over the logic tree): read the file of kind='mean'"
+            f"{path} contains a curve of kind={kind!r}, whose values are not probabilities of exceedance (for 'std' "
+            "they are standard deviations over the logic tree): read the file of kind='mean'"
         )
     if kind.startswith(("quantile", "max")):
         warn_caller(
-            f"{path}: the hazard curve is of kind={kind!r}, so rates and losses computed with it are not means; for "
+            f"{path}: the hazard curve has kind={kind!r}, so rates and losses computed with it are not means; for "
             "means read the file of kind='mean'"
         )
 

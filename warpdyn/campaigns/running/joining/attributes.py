@@ -61,8 +61,9 @@ def check_start_times(runs: Sequence[xr.Dataset]) -> None:
         starts = [json.loads(each.attrs.get("scene", "{}")).get("record_from", 0.0) for each in (runs[0], run)]
         if "scene" in runs[0].attrs and "scene" in run.attrs and starts[0] != starts[1]:
             raise ValueError(
-                f"join: run {place} is of a scene with record_from={starts[1]:g} s, and run 0 of one with "
-                f"record_from={starts[0]:g} s, so that they cannot be compared: join those with the same record_from"
+                f"join: the scene of run {place} has record_from={starts[1]:g} s, and the scene of run 0 has "
+                f"record_from={starts[0]:g} s, so that the two runs cannot be compared: join runs whose scenes have "
+                "the same record_from"
             )
 
 
@@ -75,8 +76,9 @@ def check_comparable(runs: Sequence[xr.Dataset]) -> None:
         one, other = (dict[str, Any](measure_of_dataset(each)) for each in (first, run))
         if one.keys() != other.keys() or any(not np.array_equal(one[key], other[key]) for key in one):
             raise ValueError(
-                f"join: the intensities of run {place} are of {other.get('intensity_measure')!r}, and those of run 0 "
-                f"of {one.get('intensity_measure')!r}, which cannot be compared: join runs of one intensity measure"
+                f"join: the intensity measure of run {place} is {other.get('intensity_measure')!r}, and that of run 0 "
+                f"is {one.get('intensity_measure')!r}, so that they cannot be compared: join runs of one intensity "
+                "measure"
             )
         for key in ("units", "design") if "im_level" in run.coords else ():
             mine, theirs = first["im_level"].attrs.get(key), run["im_level"].attrs.get(key)

@@ -40,8 +40,8 @@ def join_capacities(datasets: Sequence[xr.Dataset]) -> xr.Dataset:
                 )
         if found.attrs.get("demand") != first.attrs.get("demand"):
             raise ValueError(
-                f"join: the capacities of dataset {place} are of {found.attrs.get('demand')!r}, and those of dataset 0 "
-                f"of {first.attrs.get('demand')!r}: join capacities of one demand="
+                f"join: the demand of dataset {place} is {found.attrs.get('demand')!r}, and that of dataset 0 is "
+                f"{first.attrs.get('demand')!r}: join capacities that were computed with the same demand="
             )
     check_comparable(datasets)
     check_start_times(datasets)

@@ -23,8 +23,8 @@ def check_samples(function: str, dataset: xr.Dataset) -> None:
     """
     if "im_level" in dataset and dataset["im_level"].attrs.get("design") == OF_SEQUENCE:
         raise ValueError(
-            f"{function}: 'im_level' is of a sequence, whose samples contain each history of an event several times: "
-            "take one event by select_event(run, name)"
+            f"{function}: the dataset is the run of a sequence, which contains each history of an event several times: "
+            "select one event with select_event(run, name)"
         )
     if "sample" in dataset.coords and dataset["sample"].dims == ("sample",):
         numbers = pd.Index(dataset["sample"].values)
