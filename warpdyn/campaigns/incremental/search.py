@@ -263,9 +263,10 @@ class Search:
     ) -> np.ndarray:
         """Return levels to run within each bracket, shape [any, pair, damage_state]; NaN in unused places.
 
-        Interpolation: two levels, one tolerance apart, enclose the point at which a power law through the ends of the
-        bracket reaches the limit. Division: levels divide the bracket into equal parts on a logarithmic scale. Division
-        is used if an end of the bracket collapsed, or without `by_interpolation`.
+        Interpolation: a power law of the demand against the intensity is fitted to both ends of the bracket. Two
+        levels, one tolerance apart, enclose the intensity at which it reaches the limit of the demand. Division: levels
+        divide the bracket into equal parts on a logarithmic scale. Division is used if the sample collapsed at an end
+        of the bracket, or if `by_interpolation` is False.
 
         Args:
             lower, upper: Ends of the brackets, shape [pair, damage_state].

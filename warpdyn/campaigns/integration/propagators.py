@@ -108,11 +108,13 @@ def _coupled(
     frequency: float | None,
     halvings: int,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return the increments of coupled modes over a step, by a series and repeated doubling of the step.
+    """Return the increments of displacement and velocity over a step, for modes that damping couples.
 
-    The algorithm is the same as in `oscillator_increments`, but with matrices. Arguments: stiffness, shape [pair,
-    mode]; damping, shape [pair, mode, mode]; step h [s], shape [pair, 1, 1]; loads, shape [pair, mode, load];
-    frequency, halvings and result: see `_increments`.
+    A Taylor series gives the increments over a short step, which is then doubled until it is the whole step.
+
+    A pair is a structure with one of its steps. The algorithm is that of `oscillator_increments`, but with matrices.
+    Arguments: stiffness, shape [pair, mode]; damping, shape [pair, mode, mode]; step h [s], shape [pair, 1, 1]; loads,
+    shape [pair, mode, load]; frequency and halvings, and the result: see `_increments`.
     """
     omega, number = np.sqrt(stiffness), stiffness.shape[1]
     # In the state (omega q, q') the matrix is skew-symmetric except for damping, so that its powers do not grow. For

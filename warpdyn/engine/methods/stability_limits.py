@@ -106,11 +106,11 @@ def stable_step_of_eigenvalues(
     of `stable_step`. For other methods, the result is the smallest limit, within 0.5 %, of all oscillators with at most
     the highest frequency and at most the highest damping rate:
 
-    - A step of an implicit method, or of an explicit method with a single stage, is linear in M, C and K. Assume that a
-      step multiplies a shape x by s. Then it also multiplies by s the motion of the oscillator with mass x* M x, damper
-      x* C x and stiffness x* K x, and this oscillator is one of those above. This proves that no motion grows, for
-      symmetric matrices with positive M and nonnegative C and K. For Newmark's methods with gamma = 1/2 the limit is
-      exact, because damping has no effect if s = -1.
+    - The equation of a step is linear in M, C and K for implicit methods and for explicit methods with one stage. Assume
+      that a step multiplies a shape x by s. Multiply the equation by x*, the conjugate transpose of x: it becomes that of
+      an oscillator with mass x* M x, damper x* C x and stiffness x* K x. The limit covers this oscillator, so that |s|
+      is at most 1. This proves that no motion grows, if M is symmetric and positive, and C and K are symmetric and not
+      negative. For Newmark's methods with gamma = 1/2 the limit is exact: there s = -1, and damping has no effect.
     - With more stages (velocity_verlet, nystroem4), products of C and K occur. Then the limit is proved only for
       classical damping; no tested system has contradicted it.
 
@@ -268,7 +268,8 @@ def _in_undivided_cells(table: Table, method: Method) -> np.ndarray:
 def _ratio(place: np.ndarray) -> np.ndarray:
     """Return the damping ratio at a position of a table.
 
-    Up to position 1, it is the position. From position 1 to 2, the inverse of the damping ratio decreases from 1 to 0.
+    A position from 0 to 1 is the damping ratio itself. From position 1 to 2, the inverse of the damping ratio decreases
+    from 1 to 0.
     """
     return np.where(place > 1, 1 / (2 - np.maximum(place, 1)), place)
 

@@ -28,7 +28,7 @@ _functions: dict[str, DeviceFunction] = {}
 
 
 def define_function(name: str, module: str, function: Callable[..., np.ndarray]) -> Callable[..., Any]:
-    """Define a device function with a NumPy counterpart, and return a function that calls one of them.
+    """Define a device function; return a function that is recorded as this device function, or else calls NumPy.
 
     With arrays, the returned function calls the NumPy function. With recorded values, it records a call of the device
     function in a kernel.

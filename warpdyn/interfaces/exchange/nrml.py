@@ -105,7 +105,7 @@ def read_model(function: str, path: str | os.PathLike, tag: str) -> ElementTree.
     """Read an NRML 0.5 file and return the XML element of its model `tag`; namespaces are removed from element names.
 
     Raises:
-        ValueError: If the file is not NRML 0.5 or contains another model.
+        ValueError: If the file is not NRML 0.5 or does not contain such a model.
         FileNotFoundError: If the file does not exist.
     """
     path = existing_file(function, path)

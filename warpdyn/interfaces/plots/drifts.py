@@ -232,7 +232,7 @@ def _draw_against_intensity(axes: Axes, drawn: Demands, scale: str, where_collap
 def drift_distributions(
     runs: Mapping[str, xr.Dataset], *, level: float | None = None, colours: Colours = COLOURS, ax: Axes | None = None
 ) -> Drawn:
-    """Draw the distribution of the largest peak drift ratio of several runs: the share of samples below each drift.
+    """Draw, for each run, the share of samples whose largest peak drift ratio of all storeys is below each drift ratio.
 
     A collapsed sample counts as exceeding every drift. The curve of a run with collapses ends with a cross at the share
     of samples without collapse.

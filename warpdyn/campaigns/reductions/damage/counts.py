@@ -295,7 +295,7 @@ class NumberReducer(Reducer):
         return self.sums.sums
 
     def partial(self) -> Arrays:
-        """Return counts and sums of all cells of the statistic that contain samples, by name, for `include`."""
+        """Return the count and the sums of each cell that contains samples, as arrays by name; see `include`."""
         return super().partial() | self.counted.partial()
 
     def include(self, part: Arrays) -> None:

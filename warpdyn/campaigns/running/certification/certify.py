@@ -54,7 +54,7 @@ def certify(
 
 
 def certificate(name: str, storeys: Storeys, device: str | None = None) -> Certificate:
-    """Run all checks on storeys of a law, and return the report; the oscillator uses the first storey's parameters.
+    """Run all checks on storeys with one law, and return the report. Checks with one storey use the first storey.
 
     Args:
         name: The law as text.

@@ -87,7 +87,7 @@ class Identities:
 
     @cached_property
     def structures(self) -> np.ndarray:
-        """Identity of each sample's structure, shape [sample]: digest of building type, seed, number and parameters."""
+        """Digest that identifies each sample's structure, shape [sample]: of its type, seed, index in the run and parameters."""
         if OF_SAMPLES in self.run.coords:
             return self.run[OF_SAMPLES].values
         label = "building" if self.is_portfolio else "structure"

@@ -118,7 +118,13 @@ class PlausibilityFindings:
         return True
 
     def add_each(self, name: str, values: Sequence[float], where: Callable[[int], str]) -> None:
-        """Add a sentence for every implausible value. `where(index)` returns its place, such as " of motion 'A'"."""
+        """Add one sentence for each implausible value to the warning.
+
+        Args:
+            name: Name of the check.
+            values: The values that are checked.
+            where: Function that returns the words for the place of a value, such as " of motion 'A'".
+        """
         outside = _times_outside(np.asarray(values, dtype=np.float64), CHECKS[name].low, CHECKS[name].high)
         for place in np.flatnonzero(outside > OUTSIDE).tolist():
             self.add(name, values[place], where(place))
