@@ -38,7 +38,7 @@ class Threads:
         self._pool = ThreadPoolExecutor(threads)
 
     def array(self, values: np.ndarray) -> Any:
-        """Return values as an array that the workers can read until they have reduced the block. Threads read the values."""
+        """Return values as an array that the workers can read until they have reduced the block."""
         return values
 
     def constant(self, values: np.ndarray) -> Any:

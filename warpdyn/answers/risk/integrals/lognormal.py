@@ -85,7 +85,7 @@ def rates_by_segment(hazard: HazardCurve, median: np.ndarray, dispersion: np.nda
 def rates_by_bin(
     hazard: HazardCurve, edges: np.ndarray, median: np.ndarray, dispersion: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return annual rates [1/year] of a damage state: from intensities in each bin, below the first and above the last bin.
+    """Return annual rates [1/year] of a damage state: from intensities in each bin, below all bins and above all bins.
 
     Args:
         hazard: The hazard curve.

@@ -87,7 +87,7 @@ class Identities:
 
     @cached_property
     def structures(self) -> np.ndarray:
-        """Digest that identifies each sample's structure, shape [sample]: of its type, seed, index in the run and parameters."""
+        """Digest of each sample's structure (its type, seed, index in the run and parameters), shape [sample]."""
         if OF_SAMPLES in self.run.coords:
             return self.run[OF_SAMPLES].values
         label = "building" if self.is_portfolio else "structure"

@@ -160,7 +160,7 @@ def _check_separators(record: RecordText, places: list[int]) -> None:
 
 
 def _lines_of_other_layout(lines: list[str]) -> list[int]:
-    """Return the indices of lines in which numbers end at other columns than in most lines: a minus sign may be missing.
+    """Return the indices of lines in which numbers end at other columns than in most lines: a sign may be missing.
 
     The result is empty if there are many such lines, because the layout then varies intentionally.
     """
