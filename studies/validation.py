@@ -28,7 +28,7 @@ COLUMNS = ("claim", "truth", "value", "bound", "units", "cases", "test")
 
 
 def rows_of(lines: list[str]) -> list[dict[str, object]]:
-    """Return one table row per claim, with the largest error of all cases of the claim.
+    """Return one table row per claim of accuracy, with the largest error of its cases, from the lines that tests print.
 
     Raises:
         ValueError: If two cases of a claim differ in reference, bound, units or test.

@@ -160,7 +160,7 @@ def test_a_thread_has_enough_samples_to_pay_for_its_launch(levels):
     cells, workers = wd.DemandMoments("demand").cells(population), Recording()
     values = {"status": np.zeros(2 * samples, np.int8), "demand": np.ones((2 * samples, 1))}
     block, states = Block(np.arange(2), 0, values), workers.no_states((1, 2 * samples))
-    Tally(cells, 1, 2, 4).add(block, states, workers)
+    Tally(cells, 1, 2).add(block, states, workers)
     Sums(cells).add(block, "demand", True, 0, workers)
     find_states(block, "demand", searched(np.array([[0.5]])), np.zeros(2, int), states, workers)
     of_counts, of_sums, _, of_states = workers.least

@@ -76,7 +76,7 @@ CASES = {
         lambda: wd.simulate(wd.Scene(BUILDING, wd.FreeVibration(1e12, velocity=0.1))),
         "the duration, 1e.12 s, would need",
     ),
-    "tail": (lambda: wd.simulate(wd.Scene(BUILDING, CLOUD, tail=1e12)), "a longer step or a shorter tail"),
+    "tail": (lambda: wd.simulate(wd.Scene(BUILDING, CLOUD, tail=1e12)), "give a longer step= or a smaller Scene"),
     "duration of noise": (lambda: wd.FilteredNoise(wd.WhiteNoise(0.01), 1e12, 0.01), "interval .* divides the"),
     "nodes of noise": (
         lambda: wd.FilteredNoise(wd.WhiteNoise(0.01), 1e7, 0.01).motion(0),

@@ -194,7 +194,7 @@ def _modal_state(mass: np.ndarray, damping: np.ndarray, stiffness: np.ndarray) -
     """Return undamped mode shapes (mass-normalised), circular frequencies [rad/s], and the matrix of the modal state.
 
     The state is (w q, q'), with modal coordinates q and frequencies w. The squared norm of this state is twice the
-    energy. Without damping, the matrix of the state equation is skew-symmetric, so that its exponential loses no digits.
+    energy. Without damping, the matrix of the state equation is skew-symmetric; its exponential loses no digits.
     """
     try:
         eigenvalue, shape = eigh(stiffness, mass)

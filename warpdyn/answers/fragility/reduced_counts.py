@@ -66,7 +66,7 @@ def archetype_counts(dataset: xr.Dataset) -> dict[str, int] | None:
 
 
 def limits_of(dataset: xr.Dataset, limits: Mapping[str, Limit] | None, demand: str) -> DamageLimits:
-    """Return checked limits of the damage states; if the dataset contains counts, the limits of the counts.
+    """Return the checked limits of the damage states; if the dataset contains counts, those with which it was counted.
 
     Args:
         dataset: A run, or the damage counts of a run.

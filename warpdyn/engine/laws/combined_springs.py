@@ -1,4 +1,4 @@
-"""Device functions of combinations: a law with a device in the same storey, and storeys with different laws.
+"""Functions in kernels for combinations: a law with a damper or gap in the same storey, and storeys of several laws.
 
 A storey with a device has the coefficients and the memory of the law, followed by those of the device. If the laws of
 the storeys differ, the first coefficient of a storey selects its law, and the coefficients of this law follow.

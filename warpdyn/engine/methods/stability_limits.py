@@ -109,8 +109,8 @@ def stable_step_of_eigenvalues(
     - The equation of a step is linear in M, C and K for implicit methods and for explicit methods with one stage. Let a
       step multiply a shape x by s. Multiply the equation by x*, the conjugate transpose of x: it becomes the equation
       of an oscillator with mass x* M x, damper x* C x and stiffness x* K x. The limit covers this oscillator, so that
-      |s| is at most 1. This proves that no motion grows, if M is symmetric and positive, and C and K are symmetric and not
-      negative. For Newmark's methods with gamma = 1/2 the limit is exact: there s = -1, and damping has no effect.
+      |s| is at most 1. This proves that no motion grows, if M is symmetric and positive, and C and K are symmetric and
+      not negative. For Newmark's methods with gamma = 1/2 the limit is exact: there s = -1, and damping has no effect.
     - With more stages (velocity_verlet, nystroem4), products of C and K occur. Then the limit is proved only for
       classical damping; no tested system has contradicted it.
 

@@ -155,7 +155,8 @@ class Traced(np.lib.mixins.NDArrayOperatorsMixin):
     def all(self, axis: Any = None) -> Any:
         """Return whether all values along an axis are true, as recorded values.
 
-        Without an axis, add the opposite condition to those that `conditions` collects, and return True.
+        Without an axis, assume that all values are true: return True, and let `conditions` collect the condition that
+        not all are true, under which the recording is not valid.
         """
         return _asked(self, is_any=False) if axis is None else reduced("logical_and", self, axis, False)
 

@@ -60,11 +60,21 @@ def likelihood(
 
 
 def gradient_in_line(slope: np.ndarray, position: np.ndarray) -> np.ndarray:
-    """Return derivatives by intercept and slope, [row, 2], from derivatives `slope` by the scores, [row, im_level]."""
+    """Return the derivatives of the log-likelihood by the intercept and the slope of the line, shape [row, 2].
+
+    Args:
+        slope: Derivatives by the value of the line at each level, shape [row, im_level].
+        position: Position of each level on the axis of the line, shape [im_level].
+    """
     return np.stack([slope.sum(axis=1), slope @ position], axis=1)
 
 
 def information_in_line(weight: np.ndarray, position: np.ndarray) -> np.ndarray:
-    """Return second derivatives by intercept and slope, [row, 2, 2], from derivatives by scores, [row, im_level]."""
+    """Return the second derivatives of the log-likelihood by the intercept and the slope of the line, [row, 2, 2].
+
+    Args:
+        weight: Second derivatives by the value of the line at each level, shape [row, im_level].
+        position: Position of each level on the axis of the line, shape [im_level].
+    """
     moments = [weight.sum(axis=1), weight @ position, weight @ position**2]
     return np.stack([moments[0], moments[1], moments[1], moments[2]], axis=1).reshape(-1, 2, 2)
