@@ -48,7 +48,7 @@ def mark(
     lowest: ArrayLike,
     highest: ArrayLike,
 ) -> Marked:
-    """Return fits that contain whether each median is below, within or above the levels; undetermined medians become NaN.
+    """Return fits that state whether a median is below, within or above the levels; undetermined ones become NaN.
 
     Args:
         left: The fits to all samples, and the fits without each record and without each group of structures.
