@@ -11,6 +11,7 @@ import numpy as np
 from warpdyn.campaigns.integration.chain import ChainDynamics
 from warpdyn.campaigns.integration.dense import DenseDynamics
 from warpdyn.campaigns.integration.dynamics import Arrays, Dynamics, Vibration
+from warpdyn.campaigns.integration.lumped.dynamics import LumpedDynamics
 from warpdyn.campaigns.integration.settings import Integration
 from warpdyn.engine.kernels import arguments
 from warpdyn.engine.kernels.auxiliary.interpolation import interpolated
@@ -28,7 +29,11 @@ from warpdyn.model.ground_motions.excitation import Assignment, Timeline
 from warpdyn.model.scene.scene import Scene
 
 MOST_VALUES = 2**28  # values of interpolated motions on a GPU: 1 GiB in float32
-FAMILIES: dict[str, type[Dynamics]] = {"chain": ChainDynamics, "dense": DenseDynamics}
+FAMILIES: dict[str, type[Dynamics]] = {
+    "chain": ChainDynamics,
+    "lumped": LumpedDynamics,
+    "dense": DenseDynamics,
+}
 
 
 def dynamics_of(scene: Scene) -> Dynamics:
@@ -62,6 +67,7 @@ def plan_of(scene: Scene, dynamics: Dynamics, method: str, dtype: str, *, is_gpu
         has_drift_capacity=dynamics.has_drift_capacity,
         starts_displaced=not scene.structure.forgets and bool(np.any(scene.excitation.start[0])),
         records_late=scene.record_from > 0,
+        pattern=dynamics.pattern,
     )
     return fitted(plan, is_gpu)
 
@@ -166,12 +172,12 @@ class Model:
 
     @cached_property
     def shapes(self) -> dict[str, tuple[int, ...]]:
-        """The shapes of one sample's outputs: every dimension besides `sample` has the number of dofs as its length.
+        """The shapes of one sample's outputs.
 
         Some outputs are not in the dataset: peak drifts that decide the status of a sample, and its final state.
         """
         outputs = self._recorded(self.plan.recorders)
-        shapes = {name: (self.plan.dofs,) * len(v.dims) for name, v in outputs.items()} | {"status": ()}
+        shapes = {name: tuple(map(self.plan.length, v.dims)) for name, v in outputs.items()} | {"status": ()}
         if STATE in self.plan.recorders:
             values = {"displacement": 1, "velocity": 1, "memory": spring_row(self.plan.law).memory}
             shapes |= {f"final_{name}": (self.plan.dofs * count,) for name, count in values.items() if count}

@@ -93,7 +93,7 @@ def columns_of(model: Model, keep_inputs: bool) -> dict[str, Column]:
     for name in scene.scatter if keep_inputs else ():
         parameter = structure.parameter_table[name]
         attributes = {"long_name": parameter.long_name, "units": parameter.units}
-        dims = ("storey",) if structure.is_by_storey(name) else ()
+        dims = (structure.dim_of(name),) if structure.is_by_storey(name) else ()
         columns[structure.input_name(name)] = Column(dims, real, attributes)
     sample = {"standard_name": "realization", "long_name": "sample", "units": "1"}
     of_structure = {"long_name": "index of the drawn structure", "units": "1", "sampling": scene.sampling_of_structures}
@@ -168,7 +168,7 @@ def _by_event(scene: Scene, columns: dict[str, Column]) -> dict[str, Column]:
 def lengths(model: Model, column: Column) -> tuple[int, ...]:
     """Return the length of each of a column's dimensions besides `sample`."""
     events = len(model.scene.excitation.event_names)
-    return tuple(events if dim == "event" else model.plan.dofs for dim in column.dims)
+    return tuple(events if dim == "event" else model.plan.length(dim) for dim in column.dims)
 
 
 def fill_inputs(known: Ensemble | Inputs, rows: Arrays, map_function: MapFunction = map) -> None:

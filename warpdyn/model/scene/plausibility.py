@@ -23,6 +23,7 @@ from warpdyn.model.scene.portfolio import Portfolio
 from warpdyn.model.scene.scatter import GivenValues, RandomFactor, RandomValue, Scatter, central, combined
 from warpdyn.model.scene.scene import Scene
 from warpdyn.model.structures.linear_system import LinearSystem
+from warpdyn.model.structures.lumped.structure import LumpedStructure
 from warpdyn.model.structures.shear_building import ShearBuilding
 from warpdyn.model.structures.structure import Structure
 
@@ -92,6 +93,11 @@ def _add_structure(
                 ratios = np.array([low, high])[:, None] / np.where(nominal > 0, nominal, np.nan).ravel()
             # Both values must be far off: the median of a variable near 0, such as a damping ratio, may be small.
             findings.add("random_value", np.abs(ratios), f" of {name}{where}")
+    if isinstance(structure, LumpedStructure):
+        values = {**structure.parameters, **central(structure, scatter)}
+        if structure.problem(values):
+            return 0.0  # the run reports it
+        return _add_linear_system(findings, structure.central_matrices(values), is_shaken=is_shaken)
     if isinstance(structure, LinearSystem):
         matrices = {name: structure.parameters[name] for name in structure.parameters}
         factors = central(structure, scatter)

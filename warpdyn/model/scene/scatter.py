@@ -183,8 +183,8 @@ class GivenValues(FrozenArrays, ParameterScatter):
     def problem(self, name: str, structure: Structure) -> str | None:
         """Return why the values do not fit parameter `name` of a structure, or None if they fit."""
         by_storey = structure.is_by_storey(name)
-        if self.values.ndim == 2 and (not by_storey or self.values.shape[1] != structure.dofs):
-            wanted = f"[structure, {structure.dofs}] or [structure]" if by_storey else "[structure]"
+        if self.values.ndim == 2 and (not by_storey or self.values.shape[1] != structure.length_of(name)):
+            wanted = f"[structure, {structure.length_of(name)}] or [structure]" if by_storey else "[structure]"
             return f"scatter[{name!r}] lists values of shape {self.values.shape}; it must be {wanted}"
         missing = np.isnan(self.values).any(axis=0) & ~np.isnan(structure.nominal_values[name])
         for storey in np.flatnonzero(missing):
@@ -249,7 +249,7 @@ def _at(structure: Structure, scatter: Scatter, z: np.ndarray) -> dict[str, np.n
     """Return the scattered parameters at the standard normal values `z`; for GivenValues, all given values."""
     values, nominal = {}, structure.nominal_values
     for name, spread in scatter.items():
-        normals = np.broadcast_to(z, (spread.variables(structure.dofs), z.size))
+        normals = np.broadcast_to(z, (spread.variables(structure.length_of(name)), z.size))
         values[name] = combined(nominal[name], spread, normals, spread.rows(z.size)).T
     return values
 

@@ -37,7 +37,7 @@ class Body(NamedTuple):
 @functools.cache
 def facts_of(part: Any, skeleton: str) -> dict[str, Body]:
     """Return the names in a part's functions, except in branches that do not exist with this skeleton."""
-    flags = {"EXPLICIT_CHAIN": False, "IMPLICIT_CHAIN": False, "DENSE": False, "PROPAGATED": False}
+    flags = dict.fromkeys(("EXPLICIT_CHAIN", "IMPLICIT_CHAIN", "EXPLICIT_LUMPED", "DENSE", "PROPAGATED"), False)
     flags = flags | {skeleton.upper(): True} if skeleton.upper() in flags else {}
     return {slot: names_in_function(function, flags) for slot, function in bodies_of(part).items()}
 

@@ -5,6 +5,7 @@ from warpdyn.foundations.core.output_variables import Variable
 order = 20
 VARIABLES = {
     "chain": {"peak_floor_acceleration": Variable(("floor",), "m s-2", "peak absolute floor acceleration")},
+    "lumped": {"peak_acceleration": Variable(("dof",), "m s-2", "peak absolute acceleration")},
     "dense": {"peak_acceleration": Variable(("dof",), "m s-2", "peak absolute acceleration")},
 }
 

@@ -3,12 +3,11 @@
 from warpdyn.foundations.core.output_variables import Variable
 
 order = 0
-VARIABLES = {
-    "dense": {
-        "peak_displacement": Variable(("dof",), "m", "peak absolute displacement relative to the base"),
-        "time_of_peak_displacement": Variable(("dof",), "s", "time of the peak displacement", is_demand=False),
-    },
+OF_DOFS = {
+    "peak_displacement": Variable(("dof",), "m", "peak absolute displacement relative to the base"),
+    "time_of_peak_displacement": Variable(("dof",), "s", "time of the peak displacement", is_demand=False),
 }
+VARIABLES = {"dense": OF_DOFS, "lumped": OF_DOFS}
 
 BORROWS = {"adaptivity": ("done",)}
 
@@ -51,7 +50,7 @@ def end_attempt():
 def restart_recorders():
     for i in range(N):
         peak_displacement[i, j] = dtype(0.0)
-        if DENSE:  # dense kernels record the state at the end of a step
+        if not PROPAGATED:  # these kernels record the state at the end of a step
             peak_displacement[i, j] = wp.abs(u[i, j])
         time_of_peak[i, j] = dtype(index) * step[j]
 
