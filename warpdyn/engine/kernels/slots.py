@@ -78,7 +78,7 @@ COMMON = {
     "deformation": "[spring, lane] deformation of this stage, or of the accepted state [m] (lumped structures)",
     "deformation_rate": "[spring, lane] its rate [m/s]",
     "ground": "[component, lane] base acceleration of this stage [m/s2] (lumped structures, several components)",
-    "force": "[spring, lane] force of this stage, with that of its dashpot [N] (lumped structures)",
+    "spring_force": "[spring, lane] force of this stage, with that of its dashpot [N] (lumped structures)",
     "applied": "[dof, lane] forces on the degrees of freedom [N] (lumped structures)",
     "terms": "[value, lane] values of the matrices' entries that are not 0 (lumped structures)",
     "section": "index of the thread among the threads of a sample",

@@ -35,7 +35,7 @@ def names(plan):
         "spring_rows": wp.types.matrix(shape=(pattern.springs, plan.lanes), dtype=dtype),
         "DEFORMATIONS": product("deformation", "us", "deformation"),
         "DEFORMATION_RATES": product("deformation", "vs", "deformation_rate"),
-        "SPRING_FORCES": product("deformation", "force", "applied", -1, by_row),
+        "SPRING_FORCES": product("deformation", "spring_force", "applied", -1, by_row),
         "ELASTIC_FORCES": product("stiffness", "us", "applied", -1),
         "VISCOUS_FORCES": product("damping", "vs", "applied", -1),
         "ACCELERATIONS": product("inverse_mass", "applied", "felt"),

@@ -48,7 +48,7 @@ def visit_spring():
             f += dashpot
         if stage == 0:
             slot("see_spring")
-        force[i, j] = f
+        spring_force[i, j] = f
         slot("end_spring")
 
 
@@ -70,7 +70,7 @@ def integrate_lumped(
     zn = memories()
     deformation = spring_rows()  # of this stage, or of the accepted state
     deformation_rate = spring_rows()
-    force = spring_rows()
+    spring_force = spring_rows()
     applied = matrix()  # forces on the degrees of freedom
     felt = matrix()  # accelerations by these forces
     shaken = matrix()  # accelerations by the base motion
