@@ -104,6 +104,7 @@ from .model.ground_motions.measures.pairs import (
 )
 from .model.ground_motions.motions import GroundMotion as GroundMotion
 from .model.ground_motions.motions_at_sites import MotionsAtSites as MotionsAtSites
+from .model.ground_motions.pairs_of_motions import PairOfMotions as PairOfMotions
 from .model.ground_motions.response_spectra import response_spectra as response_spectra
 from .model.scene.distributions import Lognormal as Lognormal, Normal as Normal, Uniform as Uniform
 from .model.scene.portfolio import Archetype as Archetype, Portfolio as Portfolio

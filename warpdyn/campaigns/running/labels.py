@@ -34,6 +34,7 @@ from warpdyn.foundations.files.netcdf import trace
 from warpdyn.foundations.files.template import Template
 from warpdyn.model.ground_motions.excitation import Assignment
 from warpdyn.model.ground_motions.motions import GroundMotion, motion_names, motion_numbers
+from warpdyn.model.ground_motions.pairs_of_motions import PairOfMotions
 from warpdyn.model.scene.scene import Scene
 
 BECAUSE = "method_chosen_because"  # attribute of a run: the reason why its method is the default
@@ -289,7 +290,7 @@ def _motion_table(scene: Scene) -> dict[str, tuple]:
         "motion_name": motion_names(motions),
         "motion_step": ("motion", steps, {"long_name": "sampling step of the motion", "units": "s"}),
     }
-    recorded = [motion.peak_ground_acceleration for motion in motions if isinstance(motion, GroundMotion)]
+    recorded = [motion.peak_ground_acceleration for motion in motions if isinstance(motion, GroundMotion | PairOfMotions)]
     if len(recorded) == len(motions):
         said = {"long_name": "peak ground acceleration of the motion as recorded", "units": "m s-2"}
         table["motion_peak_acceleration"] = "motion", np.array(recorded), said

@@ -244,6 +244,9 @@ GROUPS: dict[str, dict[str, Slot]] = {
             "memory c",
             "drift rate f restoring dashpot",
         ),
+        "push_springs": _slot(
+            "kernel", "Set the memory of all springs at their initial deformation (lumped structures).", "", "z zs memory c"
+        ),
         "end_spring": _slot(
             "spring, lane", "After the force of a spring is known (lumped structures).", "rate memory c", "z zs zn"
         ),

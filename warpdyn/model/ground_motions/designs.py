@@ -18,7 +18,9 @@ from warpdyn.foundations.core.units import STANDARD_GRAVITY
 from warpdyn.model.ground_motions.excitation import Assignment, Excitation
 from warpdyn.model.ground_motions.measures.measure import IntensityMeasure
 from warpdyn.model.ground_motions.measures.one_component import PeakGroundAcceleration
+from warpdyn.model.ground_motions.measures.pairs import GeometricMean, PairMeasure
 from warpdyn.model.ground_motions.motions import GroundMotion, checked_motions, checked_sets, one_list
+from warpdyn.model.ground_motions.pairs_of_motions import PairOfMotions, components_of
 from warpdyn.model.ground_motions.plausibility import warn_of_duplicates
 from warpdyn.model.ground_motions.stripes_errors import named_in_errors
 
@@ -33,7 +35,28 @@ def intensities_of(motions: Sequence[GroundMotion], measure: IntensityMeasure) -
     """Return the intensity of every motion, in g for accelerations; raise a TypeError if `measure` is not a measure."""
     if not isinstance(measure, IntensityMeasure):
         raise TypeError(f"measure must be an IntensityMeasure, such as SpectralAcceleration(period), got {measure!r}")
-    return measure.level_values(motions)
+    both = [(motion.x, motion.y) for motion in motions if isinstance(motion, PairOfMotions)]
+    if not both:
+        return measure.level_values(motions)
+    assert isinstance(measure, PairMeasure)  # from `measure_for`
+    return measure.pair_values(both) / measure.unit_size(measure.level_units)
+
+
+def measure_for(motions: Sequence[GroundMotion | PairOfMotions], measure: IntensityMeasure) -> IntensityMeasure:
+    """Return the measure of a design: for pairs, the geometric mean of a measure of one component.
+
+    Raises:
+        ValueError: If motions have different numbers of components.
+    """
+    counts = [len(components_of(motion)) for motion in motions]
+    if len(set(counts)) > 1:
+        other = int(np.argmax(np.array(counts) != counts[0]))
+        raise ValueError(
+            f"motion 0 ({motions[0].name!r}) has {amount_of(counts[0], 'component')}, but motion {other} "
+            f"({motions[other].name!r}) has {counts[other]}: give all motions the same number"
+        )
+    is_single = isinstance(measure, IntensityMeasure) and not isinstance(measure, PairMeasure)
+    return GeometricMean(measure) if counts[0] > 1 and is_single else measure
 
 
 class Design(Excitation):
@@ -48,6 +71,11 @@ class Design(Excitation):
     def __repr__(self) -> str:
         count = len(self.motions)
         return f"{type(self).__name__}({count} {'motion' if count == 1 else 'motions'}, {self.measure.name})"
+
+    @property
+    def components(self) -> int:
+        """Number of components of each motion."""
+        return len(components_of(self.motions[0]))
 
     @property
     def intensities(self) -> np.ndarray:
@@ -125,7 +153,8 @@ class Stripes(Design):
 
     def __post_init__(self) -> None:
         given, of_levels = one_list(self.motions, self.motions_of_levels)
-        motions = checked_motions(given)
+        motions = checked_motions(given, or_pairs=True)
+        object.__setattr__(self, "measure", measure_for(motions, self.measure))
         intensities = intensities_of(motions, self.measure)
         units = self.measure.level_units
         levels = np.atleast_1d(real_numbers("levels", self.levels, units))
@@ -274,7 +303,8 @@ class Cloud(Design):
     is_same_for_all = True
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "motions", checked_motions(self.motions))
+        object.__setattr__(self, "motions", checked_motions(self.motions, or_pairs=True))
+        object.__setattr__(self, "measure", measure_for(self.motions, self.measure))
         warn_of_duplicates(self.motions, is_scaled=False)
         object.__setattr__(self, "_intensities", intensities_of(self.motions, self.measure))
 
@@ -321,7 +351,8 @@ class OneMotionPerStructure(Design):
     measure: IntensityMeasure = PeakGroundAcceleration()  # noqa: RUF009 (frozen)
 
     def __post_init__(self) -> None:
-        motions = checked_motions(self.motions)
+        motions = checked_motions(self.motions, or_pairs=True)
+        object.__setattr__(self, "measure", measure_for(motions, self.measure))
         scale = real_numbers("scale", self.scale)
         if scale.ndim > 1 or not np.all(np.isfinite(scale) & (scale > 0)):
             raise ValueError(
@@ -390,4 +421,4 @@ class OneMotionPerStructure(Design):
 
 def excitation_of(given: object) -> object:
     """Return the excitation of a scene; a single ground motion is converted to a Cloud."""
-    return Cloud((given,)) if isinstance(given, GroundMotion) else given
+    return Cloud((given,)) if isinstance(given, GroundMotion | PairOfMotions) else given

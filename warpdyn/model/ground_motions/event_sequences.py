@@ -121,6 +121,10 @@ class EventSequence(_Placed):
 
     def check_fits(self, structure: Structure) -> None:
         """Raise a TypeError for a LinearSystem, which is not changed by an earthquake."""
+        if structure.family == "lumped":
+            raise TypeError(
+                "an EventSequence does not support a LumpedStructure yet: run each event as a separate scene"
+            )
         if not structure.can_yield:
             raise TypeError(
                 "an EventSequence needs a ShearBuilding, because an earthquake does not change a LinearSystem: run "

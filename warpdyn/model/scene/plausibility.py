@@ -17,6 +17,7 @@ from warpdyn.model.ground_motions.measures.measure import IntensityMeasure
 from warpdyn.model.ground_motions.measures.one_component import AverageSpectralAcceleration, SpectralAcceleration
 from warpdyn.model.ground_motions.motions import GroundMotion
 from warpdyn.model.ground_motions.motions_at_sites import MotionsAtSites
+from warpdyn.model.ground_motions.pairs_of_motions import PairOfMotions, components_of
 from warpdyn.model.ground_motions.plausibility import add_motions, add_weakest_motions
 from warpdyn.model.scene.building_plausibility import add_building
 from warpdyn.model.scene.portfolio import Portfolio
@@ -176,7 +177,8 @@ def _add_excitation(findings: PlausibilityFindings, excitation: Excitation) -> N
         if not isinstance(design, Excitation) or not design.is_design:
             continue
         where = f" of event {event!r}" if event else ""
-        motions = [motion for motion in design.motions if isinstance(motion, GroundMotion)]
+        both = [motion for motion in design.motions if isinstance(motion, GroundMotion | PairOfMotions)]
+        motions = [component for motion in both for component in components_of(motion)]
         add_motions(findings, motions, where)
         if not isinstance(design, Stripes):  # its motions are scaled to levels, so that their unit has no effect
             add_weakest_motions(findings, motions, where)
@@ -191,7 +193,7 @@ def _add_excitation(findings: PlausibilityFindings, excitation: Excitation) -> N
                 scale = np.asarray(design.scale)
             findings.add("scale_factor", np.median(scale), where)
             peak, of = (
-                np.array([motion.peak_ground_acceleration for motion in motions]),
+                np.array([motion.peak_ground_acceleration for motion in both]),
                 getattr(design, "motion", None),
             )
             # If the motion of each factor is unknown, the largest factor may be that of the strongest motion.

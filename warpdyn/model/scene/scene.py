@@ -40,6 +40,17 @@ def _advice(given: object, kind: type) -> str:
     return ""
 
 
+def _check_components(structure: Structure, excitation: Excitation) -> None:
+    """Raise a ValueError if the base motion has another number of components than the structure's influence matrix."""
+    if excitation.components and excitation.components != structure.components:
+        one = "a PairOfMotions" if excitation.components > 1 else "a single motion"
+        raise ValueError(
+            f"the structure has {structure.components} influence vectors, but the base motion has "
+            f"{excitation.components} components ({one}): a pair of motions needs a LumpedStructure with one influence "
+            "vector for each component, and a single motion needs one influence vector"
+        )
+
+
 @with_suggestions
 @dataclass(frozen=True, eq=False, repr=False)
 class Scene:
@@ -113,6 +124,7 @@ class Scene:
                 f"got {kind}"
             )
         excitation.check_fits(self.structure)
+        _check_components(self.structure, excitation)
         if self.sampling is None:
             object.__setattr__(self, "sampling", "monte_carlo" if self.structure.is_many else "sobol")
         one_of("sampling", self.sampling, SAMPLING)

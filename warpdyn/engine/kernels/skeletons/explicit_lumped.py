@@ -95,6 +95,7 @@ def integrate_lumped(
             slot("start_row")
     inverse_substeps = dtype(1.0) / dtype(substeps)
     slot("gather_springs")
+    slot("push_springs")
     slot("start")
     # One interval more than the longest run: its first stage records the last state.
     for interval in range(intervals + 1):
