@@ -18,7 +18,7 @@ from warpdyn.campaigns.integration.run import Run
 from warpdyn.campaigns.preparation.inputs import Inputs
 from warpdyn.campaigns.running.selections import OF_EVENTS
 from warpdyn.engine.kernels.arguments import output_dtype
-from warpdyn.engine.kernels.output_table import HISTORY
+from warpdyn.engine.kernels.output_table import HISTORY, OF_SPRINGS
 from warpdyn.engine.kernels.queues import device_names
 from warpdyn.foundations.core.output_variables import (
     DRIFT_RATIO,
@@ -297,22 +297,26 @@ def _motion_table(scene: Scene) -> dict[str, tuple]:
     return table
 
 
-def history_variables(samples: Sequence[int], time: np.ndarray, values: dict[str, np.ndarray]) -> xr.Dataset:
+def history_variables(
+    samples: Sequence[int], time: np.ndarray, values: dict[str, np.ndarray], numbered: Mapping[str, tuple]
+) -> xr.Dataset:
     """Return whole histories along `history`, `time` and `dof` (or `storey`); NaN after a history's end.
 
     Args:
         samples: The sample of each history.
         time: Time of the kept states [s].
         values: Histories by name, shape [history, time, dof].
+        numbered: Coordinates of the structure: with names of degrees of freedom and springs, if it has such names.
     """
     variables = {}
+    known = HISTORY | OF_SPRINGS
     numbers = np.arange(1, next(iter(values.values())).shape[2] + 1, dtype=np.int32)
     for name, array in values.items():
-        attributes = {"long_name": HISTORY[name].long_name, "units": HISTORY[name].units}
-        variables[name] = (("history", "time", *HISTORY[name].dims), array, attributes)
+        attributes = {"long_name": known[name].long_name, "units": known[name].units}
+        variables[name] = (("history", "time", *known[name].dims), array, attributes)
     coordinates = {
         "time": ("time", time, {"standard_name": "time", "long_name": "time", "units": "s"}),
-        "dof": ("dof", numbers, {"long_name": "degree of freedom", "units": "1"}),
+        "dof": numbered.get("dof", ("dof", numbers, {"long_name": "degree of freedom", "units": "1"})),
         "history_sample": (
             "history",
             np.array(samples, dtype=np.int32),

@@ -5,7 +5,7 @@ Demands are evaluated at every step, not between steps. Forces and accelerations
 
 from __future__ import annotations
 
-from warpdyn.engine.kernels.recorders.history import HISTORY as HISTORY
+from warpdyn.engine.kernels.recorders.history import HISTORY as HISTORY, OF_SPRINGS as OF_SPRINGS
 from warpdyn.engine.kernels.recorders.steps import ADAPTIVE
 from warpdyn.engine.kernels.registry import recorders
 from warpdyn.foundations.core.output_variables import Variable

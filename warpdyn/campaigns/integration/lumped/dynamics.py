@@ -9,7 +9,7 @@ import numpy as np
 
 from warpdyn.campaigns.integration.dynamics import Arrays, Dynamics, Modes, slowest_decay
 from warpdyn.engine.kernels.lumped.pattern import Pattern, Table, table_of, values_in
-from warpdyn.engine.kernels.output_table import HISTORY
+from warpdyn.engine.kernels.output_table import HISTORY, OF_SPRINGS
 from warpdyn.engine.methods.stability_limits import stable_step_of_eigenvalues, stable_step_of_yielding
 from warpdyn.engine.methods.state_matrices import highest_damping_rate, state_eigenvalues
 from warpdyn.engine.methods.table import Method
@@ -26,7 +26,7 @@ class LumpedDynamics(Dynamics):
     structure: LumpedStructure
     viscous_dampers, physics, has_drift_capacity = "none", (), False
     steps_modes, couples_modes, needs_eigenvalues = False, True, True
-    histories = tuple(name for name in HISTORY if name != "storey_force")
+    histories = (*(name for name in HISTORY if name != "storey_force"), *OF_SPRINGS)
     is_packed_in_parts = True
 
     def __init__(self, structure: LumpedStructure, representative: Mapping[str, np.ndarray]) -> None:
