@@ -117,8 +117,9 @@ def _fitted_lumped(plan: Plan, is_gpu: bool) -> Plan:
     largest = max(plan.dofs, plan.springs_of_thread)
     if is_gpu:
         return replace(plan, lanes=GPU_LANES, max_unroll=GPU_UNROLL if largest <= UNROLLED_SPRINGS else 1)
-    unroll = CPU_UNROLL if largest <= CPU_UNROLL else CPU_LONG_UNROLL
-    return replace(plan, lanes=CPU_LANES if plan.dtype == "float32" else CPU_LONG_LANES, max_unroll=unroll)
+    is_small = largest <= LONG_CHAIN
+    lanes = CPU_LANES if is_small or plan.dtype == "float32" else CPU_LONG_LANES
+    return replace(plan, lanes=lanes, max_unroll=CPU_UNROLL if is_small else CPU_LONG_UNROLL)
 
 
 def undivided(plan: Plan) -> Plan:

@@ -58,7 +58,7 @@ def correlation_factor(
     for row, (p, i) in enumerate(variables):
         for column, (q, j) in enumerate(variables[:row]):
             value = 1.0 if p == q else correlation.get((p, q), correlation.get((q, p), 0.0))
-            if i != j and random[p].per == random[q].per == "storey":
+            if i != j and random[p].per == random[q].per != "building":
                 value *= np.sqrt(random[p].storey_correlation * random[q].storey_correlation)
             matrix[row, column] = matrix[column, row] = value
     if not variables:

@@ -16,6 +16,10 @@ from warpdyn.model.scene.distributions import Distribution
 from warpdyn.model.structures.structure import Structure
 
 
+# What a draw applies to: all storeys (springs, degrees of freedom) of a structure, or one of them.
+PER = ("building", "storey", "spring", "dof")
+
+
 class ParameterScatter(ABC):
     """How one parameter differs between structures; base class."""
 
@@ -56,23 +60,27 @@ class RandomScatter(ParameterScatter):
     def __post_init__(self) -> None:
         if not isinstance(self.distribution, Distribution):
             raise TypeError(f"distribution must be Normal, Lognormal or Uniform, got {self.distribution!r}")
-        one_of("per", self.per, ("building", "storey"))
+        one_of("per", self.per, PER)
         if real_number("storey_correlation", self.storey_correlation, least=0) > 1:
             raise ValueError(f"storey_correlation must be at most 1, got {self.storey_correlation}")
         if self.storey_correlation and self.per == "building":
             raise ValueError(
-                "storey_correlation needs per='storey': with per='building' one draw applies to all storeys. "
+                "storey_correlation needs per='storey' (or 'spring', 'dof'): with per='building' one draw applies to all storeys. "
                 "Give per='storey', or remove storey_correlation"
             )
 
     def variables(self, storeys: int) -> int:
         """Return one variable per storey, or one for the building."""
-        return storeys if self.per == "storey" else 1
+        return 1 if self.per == "building" else storeys
 
     def problem(self, name: str, structure: Structure) -> str | None:
         """Return why the scatter does not fit parameter `name` of a structure, or None if it fits."""
-        if self.per == "storey" and not structure.is_by_storey(name):
+        if self.per == "building":
+            return None
+        if not structure.is_by_storey(name):
             return f"scatter[{name!r}]: {name} has one value for the building; use per='building'"
+        if self.per != (dim := structure.dim_of(name)):
+            return f"scatter[{name!r}]: {name} has one value per {dim}; use per={dim!r} or per='building'"
         return None
 
     def draw(self, nominal: np.ndarray, normals: np.ndarray, structures: np.ndarray | slice) -> np.ndarray:
@@ -92,7 +100,8 @@ class RandomFactor(RandomScatter):
 
     Args:
         distribution: Distribution of the factor [1]: Normal, Lognormal or Uniform.
-        per: "building" (one draw for all storeys) or "storey" (one draw per storey).
+        per: "building" (one draw for all storeys, springs or degrees of freedom), "storey" (one draw per storey) or, of a
+            LumpedStructure, "spring" or "dof".
         storey_correlation: Correlation between the draws of two storeys [1], 0 to 1; needs `per="storey"`.
 
     Raises:
@@ -118,7 +127,8 @@ class RandomValue(RandomScatter):
 
     Args:
         distribution: Distribution of the value, in the parameter's units: Normal, Lognormal or Uniform.
-        per: "building" (one draw for all storeys) or "storey" (one draw per storey).
+        per: "building" (one draw for all storeys, springs or degrees of freedom), "storey" (one draw per storey) or, of a
+            LumpedStructure, "spring" or "dof".
         storey_correlation: Correlation between the draws of two storeys [1], 0 to 1; needs `per="storey"`.
 
     Raises:

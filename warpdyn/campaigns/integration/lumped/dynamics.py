@@ -24,7 +24,7 @@ class LumpedDynamics(Dynamics):
     """The equation of motion of lumped structures; arguments and attributes: see Dynamics."""
 
     structure: LumpedStructure
-    viscous_dampers, physics, has_drift_capacity = "none", (), False
+    viscous_dampers, physics = "none", ()
     steps_modes, couples_modes, needs_eigenvalues = False, True, True
     histories = (*(name for name in HISTORY if name != "storey_force"), *OF_SPRINGS)
     is_packed_in_parts = True
@@ -35,6 +35,7 @@ class LumpedDynamics(Dynamics):
         self.law = structure.storey_law.rules(values)
         self.variants = structure.storey_law.variants(values)
         self.forces = replace(structure.storey_law.forces(), is_chain=False, is_lumped=True)
+        self.has_drift_capacity = "deformation_capacity" in structure.parameters
         self.damping = "mass_proportional" if structure.damping in ("rayleigh", "mass_proportional") else "none"
         count = max((len(each) for each in representative.values()), default=1)
         drawn = {name: np.asarray(each) for name, each in representative.items()}
@@ -116,6 +117,9 @@ class LumpedDynamics(Dynamics):
             "coefficients": coefficients.reshape(-1, structures),
             "terms": whole if len(whole) else np.zeros((1, structures)),
         }
+        if self.has_drift_capacity:
+            with np.errstate(invalid="ignore"):
+                packed["inverse_drift_capacity"] = np.nan_to_num(1 / parameters["deformation_capacity"].T)
         return packed | ({"mass_damping": rayleigh[:, 0]} if self.damping == "mass_proportional" else {})
 
 

@@ -52,7 +52,7 @@ def see_forces():
         size = larger(size, wp.abs(before_end))
     if HAS_ADD_LOAD:
         size = size * seen[j]
-    if COLLAPSE:
+    if COLLAPSE or SPRING_COLLAPSE:
         if PROPAGATED:
             present_size = size
             size = earlier_size[i, j]

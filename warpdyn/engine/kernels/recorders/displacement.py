@@ -37,14 +37,27 @@ def see_drift():
 
 
 def end_attempt():
-    for i in range(N):
-        for j in range(LANES):
-            size = wp.abs(u[i, j])
-            if size > peak_displacement[i, j]:
-                peak_displacement[i, j] = size
-                time_of_peak[i, j] = dtype(index + 1) * step[j]
-                if ADAPTIVITY:
-                    time_of_peak[i, j] = (dtype(index) + done[j]) * step[j]
+    if not EXPLICIT_LUMPED:
+        for i in range(N):
+            for j in range(LANES):
+                size = wp.abs(u[i, j])
+                if size > peak_displacement[i, j]:
+                    peak_displacement[i, j] = size
+                    time_of_peak[i, j] = dtype(index + 1) * step[j]
+                    if ADAPTIVITY:
+                        time_of_peak[i, j] = (dtype(index) + done[j]) * step[j]
+
+
+def see_state():
+    if EXPLICIT_LUMPED:
+        for i in range(N):
+            for j in range(LANES):
+                size = wp.abs(u[i, j])
+                if SPRING_COLLAPSE:
+                    size = size * stands[j]
+                if size > peak_displacement[i, j]:
+                    peak_displacement[i, j] = size
+                    time_of_peak[i, j] = dtype(index) * step[j]
 
 
 def restart_recorders():

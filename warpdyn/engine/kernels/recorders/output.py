@@ -45,7 +45,10 @@ def see_state():
     for j in range(LANES):
         PRESENT_OUTPUTS
         for m in range(OUTPUTS):
-            peak_output[m, j] = larger(peak_output[m, j], wp.abs(present_output[m, j]))
+            size = wp.abs(present_output[m, j])
+            if SPRING_COLLAPSE:
+                size = size * stands[j]
+            peak_output[m, j] = larger(peak_output[m, j], size)
 
 
 def restart_recorders():

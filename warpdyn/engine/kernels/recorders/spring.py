@@ -25,8 +25,13 @@ def declare():
 
 
 def see_spring():
-    peak_deformation[i, j] = larger(peak_deformation[i, j], wp.abs(drift))
-    peak_force[i, j] = larger(peak_force[i, j], wp.abs(restoring))
+    size = wp.abs(drift)
+    size_of_force = wp.abs(restoring)
+    if SPRING_COLLAPSE:
+        size = size * stands[j]
+        size_of_force = size_of_force * stands[j]
+    peak_deformation[i, j] = larger(peak_deformation[i, j], size)
+    peak_force[i, j] = larger(peak_force[i, j], size_of_force)
 
 
 def restart_recorders():

@@ -100,6 +100,9 @@ def integrate_lumped(
     # One interval more than the longest run: its first stage records the last state.
     for interval in range(intervals + 1):
         slot("begin_interval")
+        if SPRING_COLLAPSE:
+            if standing == 0:
+                break
         for j in range(LANES):
             # A lane that has finished waits for the others with a step of zero: its state and sums do not change.
             h[j] = wp.where(interval < live_intervals[j], step[j], dtype(0.0))
