@@ -14,7 +14,7 @@ from warpdyn.engine.methods.stability_limits import stable_step_of_eigenvalues, 
 from warpdyn.engine.methods.state_matrices import highest_damping_rate, state_eigenvalues
 from warpdyn.engine.methods.table import Method
 from warpdyn.model.ground_motions.excitation import Excitation
-from warpdyn.model.structures.lumped.matrices import undamped
+from warpdyn.model.structures.lumped.matrices import of_springs_only, undamped
 from warpdyn.model.structures.lumped.structure import LumpedStructure
 
 ROUNDED = 1e-14  # entries of an inverse matrix below this share of the largest one of their row and column are 0
@@ -31,7 +31,7 @@ class LumpedDynamics(Dynamics):
 
     def __init__(self, structure: LumpedStructure, representative: Mapping[str, np.ndarray]) -> None:
         super().__init__(structure, representative)
-        values = {**structure.parameters, **representative}
+        values = of_springs_only({**structure.parameters, **representative})
         self.law = structure.storey_law.rules(values)
         self.variants = structure.storey_law.variants(values)
         self.forces = replace(structure.storey_law.forces(), is_chain=False, is_lumped=True)
@@ -92,10 +92,11 @@ class LumpedDynamics(Dynamics):
         rate = highest_damping_rate(mass, damping)
         stable = stable_step_of_eigenvalues(method, eigenvalues, frequency[:, -1], rate)
         if not self.forces.is_linear:
-            stiffest = structure.storey_law.stiffest(parameters)
+            stiffest = structure.storey_law.stiffest(of_springs_only(parameters))
             tangent = structure.stiffness_matrices(parameters, stiffest)
             highest = np.sqrt(undamped(mass, tangent)[0][:, -1])
-            rate = np.maximum(rate, structure.storey_law.relaxation_rate(parameters).max(axis=-1))
+            relaxation = structure.storey_law.relaxation_rate(of_springs_only(parameters))
+            rate = np.maximum(rate, relaxation.max(axis=-1))
             stable = stable_step_of_yielding(method, highest, rate, stable)
         return 2 * np.pi / frequency[:, 0], slowest_decay(eigenvalues), stable, rayleigh.T
 
@@ -106,7 +107,7 @@ class LumpedDynamics(Dynamics):
     def pack(self, parameters: Arrays, rayleigh: np.ndarray) -> Arrays:
         """Return the arrays of the kernel; the last dimension is the structure."""
         structures, of_structure = len(parameters["mass"]), self.structure
-        read = of_structure.storey_law.coefficients(parameters, self.variants)
+        read = of_structure.storey_law.coefficients(of_springs_only(parameters), self.variants)
         coefficients = np.stack([np.broadcast_to(values, parameters["stiffness"].shape).T for values in read], axis=1)
         matrices = self._matrices(parameters, rayleigh.T)
         terms = [values_in(table, matrices[name]) for name, table in self.pattern.tables.items()]

@@ -134,7 +134,7 @@ def integrate_lumped(
                         moving = ai - shaken[i, j]
                         if stage == 0:
                             if HAS_UNMOVED:
-                                ai = moving + unmoved[i, j]
+                                ai += unmoved[i, j]
                             slot("see_forces")
                         ai = moving
                         slot("end_storey")

@@ -11,6 +11,7 @@ from warpdyn.model.structures.lumped.names import row_of
 from warpdyn.model.structures.lumped.spring import Spring
 
 Values = Mapping[str, np.ndarray]
+OF_DOFS = ("mass",)  # parameters with one value per degree of freedom; others have one per spring or per structure
 
 
 class LumpedMatrices:
@@ -102,6 +103,11 @@ class LumpedMatrices:
         mass, stiffness = self.mass_matrices(one), self.stiffness_matrices(one)
         damping = self.damping_matrices(one, self.rayleigh(one, np.sqrt(undamped(mass, stiffness)[0])))
         return {"mass": mass[0], "stiffness": stiffness[0], "damping": damping[0]}
+
+
+def of_springs_only(values: Values) -> dict[str, np.ndarray]:
+    """Return the parameters without those that have one value per degree of freedom, for the laws of the springs."""
+    return {name: each for name, each in values.items() if name not in OF_DOFS}
 
 
 def undamped(mass: np.ndarray, stiffness: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -17,7 +17,7 @@ from warpdyn.foundations.core.frozen_values import FrozenMapping
 from warpdyn.foundations.core.near_misses import with_suggestions
 from warpdyn.model.structures.damping import DAMPING_RATIO
 from warpdyn.model.structures.lumped.damping import checked_damping
-from warpdyn.model.structures.lumped.matrices import LumpedMatrices
+from warpdyn.model.structures.lumped.matrices import OF_DOFS, LumpedMatrices, of_springs_only
 from warpdyn.model.structures.lumped.names import check_known, checked_coefficients, checked_matrix, row_of
 from warpdyn.model.structures.lumped.spring import Spring
 from warpdyn.model.structures.modal import modal_properties
@@ -26,7 +26,6 @@ from warpdyn.model.structures.structure import Structure
 MOST_DOFS, MOST_SPRINGS = 64, 128
 MOST_COMPONENTS = 6  # of the base motion
 LEAST_OF_MASS = 1e-12  # least eigenvalue of the mass matrix, scaled to a diagonal of ones
-OF_DOFS = ("mass",)  # parameters with one value per degree of freedom; other parameters have one per spring
 OF_STRUCTURE = ("damping_ratio",)
 
 
@@ -180,7 +179,7 @@ class LumpedStructure(LumpedMatrices, Structure):
 
     def problem(self, values: Mapping[str, np.ndarray]) -> str | None:
         """Return a sentence on a mass, or on parameters of springs, that are wrong; None if there is none."""
-        return self._mass_problem(values) or self.storey_law.problem(values)
+        return self._mass_problem(values) or self.storey_law.problem(of_springs_only(values))
 
     def _mass_problem(self, values: Mapping[str, np.ndarray]) -> str | None:
         mass = self.mass_matrices({"mass": np.atleast_2d(values["mass"])})
