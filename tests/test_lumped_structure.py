@@ -82,3 +82,82 @@ def test_a_chain_of_springs_is_a_shear_building(law, method):
     other = wd.simulate(wd.Scene(lumped, motion, recorders=("spring", "acceleration"), tail=1.0), **settings)
     for name, due in {"peak_spring_deformation": "peak_storey_drift", "peak_acceleration": "peak_floor_acceleration"}.items():
         np.testing.assert_allclose(other[name], one[due], rtol=1e-10)
+
+
+def test_degrees_of_freedom_at_another_point_give_the_same_response():
+    runs = [run_of(deck_about(*place), 0.001) for place in ((0.0, 0.0), (10.0, 6.0), (3.0, -2.0))]
+    for run in runs[1:]:
+        for name in ("peak_output", "peak_spring_deformation", "peak_spring_force"):
+            np.testing.assert_allclose(run[name], runs[0][name], rtol=1e-9)
+    for name in ("circular_frequency", "effective_mass"):
+        one, other = (deck_about(*place).structure.modal()[name] for place in ((0.0, 0.0), (3.0, -2.0)))
+        np.testing.assert_allclose(other, one, rtol=1e-9)
+
+
+def test_drawn_structures_are_those_with_these_values():
+    building, motion = CASES[1]().structure, CASES[1]().motion
+    scatter = {
+        "stiffness": wd.RandomFactor(wd.Lognormal(1.0, 0.1), per="spring"),
+        "yield_force": wd.RandomFactor(wd.Lognormal(1.0, 0.2), per="spring", storey_correlation=0.5),
+        "mass": wd.RandomFactor(wd.Lognormal(1.0, 0.05), per="dof"),
+        "damping_ratio": wd.RandomValue(wd.Uniform(0.02, 0.06)),
+    }
+    settings = {"dtype": "float64", "device": "cpu"}
+    scene = wd.Scene(building, motion, scatter, recorders=("spring", "displacement"), tail=1.0)
+    run = wd.simulate(scene, structures=20, **settings)
+    assert run["stiffness"].dims == ("sample", "spring")
+    assert run["mass"].dims == ("sample", "dof")
+    for number in (0, 19):
+        drawn = run.isel(sample=number)
+        springs = [
+            wd.Spring(
+                spring.name,
+                spring.direction,
+                law="bilinear",
+                stiffness=drawn["stiffness"].sel(spring=spring.name).item(),
+                yield_force=drawn["yield_force"].sel(spring=spring.name).item(),
+                hardening_ratio=0.05,
+            )
+            for spring in building.springs
+        ]
+        one = wd.LumpedStructure(
+            {name: drawn["mass"].sel(dof=name).item() for name in building.dof_names},
+            springs,
+            influence=[{name: 1.0 for name in building.dof_names if name[0] == axis} for axis in "xy"],
+            damping="rayleigh",
+            damping_ratio=drawn["damping_ratio"].item(),
+            damping_modes=(1, 5),
+        )
+        scene = wd.Scene(one, motion, recorders=("spring", "displacement"), tail=1.0)
+        alone = wd.simulate(scene, step=drawn["integration_step"].item(), **settings)
+        for name in ("peak_spring_deformation", "peak_displacement"):
+            np.testing.assert_allclose(alone[name][0], drawn[name], rtol=1e-9)
+
+
+def test_collapse_is_that_of_a_shear_building():
+    chain, _ = chain_and_lumped("bilinear", **LAWS["bilinear"])
+    capacities = [0.05, 0.04, 0.02]
+    chain = wd.ShearBuilding(**chain.parameters, law="bilinear", damping="rayleigh", drift_capacity=capacities)
+    springs = [
+        wd.Spring(
+            str(i),
+            {str(i): 1.0} | ({str(i - 1): -1.0} if i else {}),
+            law=wd.laws.Bilinear(**LAWS["bilinear"]),
+            stiffness=chain.parameters["stiffness"][i],
+            deformation_capacity=capacity,
+        )
+        for i, capacity in enumerate(capacities)
+    ]
+    mass = {str(i): each for i, each in enumerate(chain.parameters["mass"])}
+    lumped = wd.LumpedStructure(mass, springs, damping="rayleigh", damping_ratio=0.05)
+    motions = [pulse(amplitude, 0.6, 0.3, 6.0) for amplitude in np.linspace(1.0, 12.0, 20)]
+    settings = {"dtype": "float64", "device": "cpu", "method": "rk4"}
+    one = wd.simulate(wd.Scene(chain, wd.Cloud(motions), recorders=("drift", "acceleration"), tail=1.0), **settings)
+    other = wd.simulate(wd.Scene(lumped, wd.Cloud(motions), recorders=("spring", "acceleration"), tail=1.0), **settings)
+    np.testing.assert_array_equal(other["status"], one["status"])
+    assert 0 < (one["status"] == 1).sum() < 20
+    np.testing.assert_allclose(other["time_of_collapse"], one["time_of_collapse"], rtol=1e-9)
+    storey = one["storey_of_collapse"].values
+    np.testing.assert_array_equal(other["spring_of_collapse"], np.where(storey > 0, storey - 1, -1))
+    np.testing.assert_allclose(other["peak_spring_deformation"], one["peak_storey_drift"], rtol=1e-9)
+    np.testing.assert_allclose(other["peak_acceleration"], one["peak_floor_acceleration"], rtol=1e-9)

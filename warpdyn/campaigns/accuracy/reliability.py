@@ -68,7 +68,7 @@ def sensitive_samples(run: Ensemble, samples: np.ndarray, outputs: Arrays) -> np
     linear = outputs["status"] == 0
     if limits and run.scene.record_from == 0:
         least = LINEAR_UNTIL * np.fmin.reduce(limits)[of_sample].T
-        linear &= ~(outputs["peak_storey_drift"] > least).any(axis=0)
+        linear &= ~(outputs[run.model.dynamics.peak[0]] > least).any(axis=0)
     else:
         linear[:] = False
     return ~linear & (outputs["status"] < DIVERGED)
@@ -99,7 +99,7 @@ def reliability(
     part = run.select(samples[chosen])  # once: the host prepares them if their device prepared the run
     for finer, factor in OTHER_RUNS:
         again = _run_again(part, finer, factor)
-        is_far = _largest_change(outputs, chosen, again) > LARGEST_CHANGE
+        is_far = _largest_change(run.model.dynamics.peak[0], outputs, chosen, again) > LARGEST_CHANGE
         flags[chosen[is_far]] = YES
         chosen = chosen[~is_far]
         if not chosen.size:
@@ -132,11 +132,11 @@ def _run_again(run: Ensemble, finer: int, factor: float) -> Arrays:
     return outputs
 
 
-def _largest_change(outputs: Arrays, chosen: np.ndarray, again: Arrays) -> np.ndarray:
+def _largest_change(name: str, outputs: Arrays, chosen: np.ndarray, again: Arrays) -> np.ndarray:
     """Return the largest relative change of a peak drift, infinite if the second run failed, shape [sample]."""
     peak, other = (
         np.abs(each.astype(np.float64))
-        for each in (outputs["peak_storey_drift"][:, chosen], again["peak_storey_drift"])
+        for each in (outputs[name][:, chosen], again[name])
     )
     largest = peak.max(axis=0)
     # Peaks of a collapsed sample end when one storey exceeds its limit, so the peaks of the other storeys depend on the

@@ -84,6 +84,7 @@ class Dynamics(ABC):
         steps_modes: Whether implicit methods integrate modes instead of degrees of freedom.
         histories: Names of the variables in whole histories.
         is_packed_in_parts: Whether structures can be packed separately.
+        peak: Name of the peaks that decide whether a sample is reliable, and of their recorder.
         pattern: The entries of the matrices of lumped structures that are not 0; None for other families.
     """
 
@@ -100,6 +101,7 @@ class Dynamics(ABC):
     steps_modes: bool
     histories: tuple[str, ...]
     is_packed_in_parts: bool = True
+    peak: tuple[str, str] = ("peak_storey_drift", "drift")
     pattern: Pattern | None = None
 
     @abstractmethod

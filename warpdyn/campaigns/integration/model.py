@@ -51,7 +51,7 @@ def plan_of(scene: Scene, dynamics: Dynamics, method: str, dtype: str, *, is_gpu
     is_exact = METHODS[method].kind == "exact"
     of_modes = "general" if dynamics.couples_modes else "classical"
     # Peak drifts decide which samples are run again: in float64, or to find out whether they are reliable.
-    judging = {"drift"} if dynamics.counts_reversals or dynamics.is_sensitive else set()
+    judging = {dynamics.peak[1]} if dynamics.counts_reversals or dynamics.is_sensitive else set()
     plan = Plan(
         family=scene.structure.family,
         dofs=scene.structure.dofs,

@@ -27,7 +27,7 @@ class LumpedDynamics(Dynamics):
     viscous_dampers, physics = "none", ()
     steps_modes, couples_modes, needs_eigenvalues = False, True, True
     histories = (*(name for name in HISTORY if name != "storey_force"), *OF_SPRINGS)
-    is_packed_in_parts = True
+    peak = ("peak_spring_deformation", "spring")
 
     def __init__(self, structure: LumpedStructure, representative: Mapping[str, np.ndarray]) -> None:
         super().__init__(structure, representative)
@@ -35,19 +35,24 @@ class LumpedDynamics(Dynamics):
         self.law = structure.storey_law.rules(values)
         self.variants = structure.storey_law.variants(values)
         self.forces = replace(structure.storey_law.forces(), is_chain=False, is_lumped=True)
+        self.counts_reversals = structure.storey_law.counts_reversals(values)
+        self.is_sensitive = structure.storey_law.is_sensitive(values)
         self.has_drift_capacity = "deformation_capacity" in structure.parameters
         self.damping = "mass_proportional" if structure.damping in ("rayleigh", "mass_proportional") else "none"
-        count = max((len(each) for each in representative.values()), default=1)
-        drawn = {name: np.asarray(each) for name, each in representative.items()}
-        parameters = {
-            name: drawn[name] if name in drawn else np.broadcast_to(value, (count, *value.shape))
-            for name, value in structure.nominal_values.items()
-        }
-        self.pattern = self._pattern_of(parameters)
+        self.pattern = self._pattern_of(representative)
 
-    def _pattern_of(self, parameters: Arrays) -> Pattern:
-        """Return the pattern of all structures with representative parameters."""
+    def _pattern_of(self, representative: Mapping[str, np.ndarray]) -> Pattern:
+        """Return the pattern of all structures that may be drawn."""
         structure = self.structure
+        # Entries that are equal for unequal masses are equal in each structure, also if each mass is drawn.
+        random = np.random.default_rng(0)
+        drawn = {name: np.asarray(values) for name, values in representative.items()}
+        count = max((len(values) for values in drawn.values()), default=0)
+        parameters: Arrays = {}
+        for name, value in structure.nominal_values.items():
+            known = np.resize(drawn[name], (count, *value.shape)) if name in drawn else np.tile(value, (count, *value.ndim * (1,)))
+            factors = random.uniform(0.9, 1.1, (1, *value.shape)) if name in drawn else np.ones((1, *value.shape))
+            parameters[name] = np.concatenate([known.reshape(count, *value.shape), factors * value])
         matrices = self._matrices(parameters, structure.rayleigh(parameters, self._frequencies(parameters)))
         tables = {name: table_of(matrix) for name, matrix in matrices.items()}
         for name in ("stiffness", "damping", "unmoved"):
