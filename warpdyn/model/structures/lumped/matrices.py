@@ -110,16 +110,17 @@ def of_springs_only(values: Values) -> dict[str, np.ndarray]:
     return {name: each for name, each in values.items() if name not in OF_DOFS}
 
 
-def undamped(mass: np.ndarray, stiffness: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def undamped(mass: np.ndarray, stiffness: np.ndarray, *, is_clipped: bool = True) -> tuple[np.ndarray, np.ndarray]:
     """Return squared circular frequencies [rad2/s2] and shapes of unit modal mass of many structures.
 
     Args:
         mass: Mass matrices [kg], positive definite, shape [structure, dof, dof].
         stiffness: Stiffness matrices [N/m], shape [structure, dof, dof].
+        is_clipped: Whether negative squared frequencies are replaced by 0.
 
     Returns:
-        Squared frequencies, 0 instead of negative values, [structure, mode]; shapes, [structure, dof, mode].
+        Squared frequencies, [structure, mode]; shapes, [structure, dof, mode].
     """
     lower = np.linalg.inv(np.linalg.cholesky(mass))
     squared, vectors = np.linalg.eigh(lower @ stiffness @ lower.transpose(0, 2, 1))
-    return np.maximum(squared, 0.0), lower.transpose(0, 2, 1) @ vectors
+    return np.maximum(squared, 0.0) if is_clipped else squared, lower.transpose(0, 2, 1) @ vectors

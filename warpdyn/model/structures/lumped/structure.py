@@ -17,7 +17,7 @@ from warpdyn.foundations.core.frozen_values import FrozenMapping
 from warpdyn.foundations.core.near_misses import with_suggestions
 from warpdyn.model.structures.damping import DAMPING_RATIO
 from warpdyn.model.structures.lumped.damping import checked_damping
-from warpdyn.model.structures.lumped.matrices import OF_DOFS, LumpedMatrices, of_springs_only
+from warpdyn.model.structures.lumped.matrices import OF_DOFS, LumpedMatrices, of_springs_only, undamped
 from warpdyn.model.structures.lumped.names import check_known, checked_coefficients, checked_matrix, row_of
 from warpdyn.model.structures.lumped.spring import Spring
 from warpdyn.model.structures.modal import modal_properties
@@ -25,6 +25,7 @@ from warpdyn.model.structures.structure import Structure
 
 MOST_DOFS, MOST_SPRINGS = 64, 128
 MOST_COMPONENTS = 6  # of the base motion
+LEAST_OF_STIFFNESS = 1e-13  # least squared frequency of a structure that cannot move freely, over the highest one
 LEAST_OF_MASS = 1e-12  # least eigenvalue of the mass matrix, scaled to a diagonal of ones
 OF_STRUCTURE = ("damping_ratio",)
 
@@ -138,10 +139,8 @@ class LumpedStructure(LumpedMatrices, Structure):
             if problem:
                 raise ValueError(problem)
         self.parameters: Mapping[str, np.ndarray] = FrozenMapping(arrays)
-        problem = self.problem(self.parameters)
-        if problem:
+        if problem := self.problem(self.parameters):
             raise ValueError(problem)
-        self.modal()  # raises an error if a part can move freely
 
     def _influence(self, given: object) -> np.ndarray:
         """Return the influence matrix, shape [dof, component]."""
@@ -179,7 +178,8 @@ class LumpedStructure(LumpedMatrices, Structure):
 
     def problem(self, values: Mapping[str, np.ndarray]) -> str | None:
         """Return a sentence on a mass, or on parameters of springs, that are wrong; None if there is none."""
-        return self._mass_problem(values) or self.storey_law.problem(of_springs_only(values))
+        problem = self._mass_problem(values) or self._stiffness_problem(values)
+        return problem or self.storey_law.problem(of_springs_only(values))
 
     def _mass_problem(self, values: Mapping[str, np.ndarray]) -> str | None:
         mass = self.mass_matrices({"mass": np.atleast_2d(values["mass"])})
@@ -199,6 +199,25 @@ class LumpedStructure(LumpedMatrices, Structure):
                 "takes most part has no mass. Correct mass_matrix, or eliminate this motion by static condensation"
             )
         return None
+
+    def _stiffness_problem(self, values: Mapping[str, np.ndarray]) -> str | None:
+        """Return a sentence on a motion without resistance in one of the structures, or None."""
+        mass, stiffness = np.atleast_2d(values["mass"]), np.atleast_2d(values["stiffness"])
+        count = max(len(mass), len(stiffness))
+        mass, stiffness = (np.broadcast_to(each, (count, each.shape[1])) for each in (mass, stiffness))
+        whole = {"mass": mass, "stiffness": stiffness}
+        squared, shape = undamped(self.mass_matrices(whole), self.stiffness_matrices(whole), is_clipped=False)
+        free = squared[:, 0] <= LEAST_OF_STIFFNESS * squared[:, -1]
+        if not free.any():
+            return None
+        first = int(free.argmax())
+        motion = shape[first, :, 0] * np.sqrt(np.diag(self.mass_matrices(whole)[first]))
+        dof = self.dof_names[int(np.abs(motion).argmax())]
+        cause = " or buckles under the geometric stiffness" if "geometric_stiffness" in self.matrices else ""
+        return (
+            f"degree of freedom {dof!r} can move freely{cause}: no spring with an initial stiffness resists this motion. "
+            "Add a spring, or correct a direction"
+        )
 
     @property
     def dofs(self) -> int:
