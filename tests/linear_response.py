@@ -7,7 +7,7 @@ polynomial through displacements and velocities, with an error below 1e-7 at the
 from __future__ import annotations
 
 import numpy as np
-from scipy.linalg import expm
+from scipy.linalg import eigvals, expm
 
 
 def pulse(amplitude: float, period: float, decay: float, duration: float = 8.0, step: float = 0.01) -> np.ndarray:
@@ -89,10 +89,18 @@ def peak(time: np.ndarray, value: np.ndarray, rate: np.ndarray) -> tuple[float, 
 
 
 def complex_modes(mass: np.ndarray, damping: np.ndarray, stiffness: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return |s| and the damping ratios of the complex modes with positive frequency, by increasing |s|."""
-    dofs, inverse = len(mass), np.linalg.inv(mass)
-    system = np.block([[np.zeros((dofs, dofs)), np.eye(dofs)], [-inverse @ stiffness, -inverse @ damping]])
-    roots = np.linalg.eigvals(system)
+    """Return |s| and the damping ratios of the complex modes with positive frequency, by increasing |s|.
+
+    The mass matrix may be singular.
+    """
+    scale = 1 / np.sqrt(np.outer(np.diag(stiffness), np.diag(stiffness)))  # displacements and rotations
+    stiffness, damping, mass = stiffness * scale, damping * scale, mass * scale
+    typical = 1 / np.sqrt(np.diag(mass).max())  # circular frequency
+    damping, mass = damping * typical, mass * typical**2
+    none, identity = np.zeros_like(mass), np.eye(len(mass))
+    system, weight = np.block([[none, identity], [-stiffness, -damping]]), np.block([[identity, none], [none, mass]])
+    roots = eigvals(system, weight)  # infinite if the mass matrix is singular
+    roots = typical * roots[np.isfinite(roots)]
     roots = roots[roots.imag > 0]
     roots = roots[np.argsort(np.abs(roots))]
     return np.abs(roots), -roots.real / np.abs(roots)
