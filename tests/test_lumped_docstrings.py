@@ -15,6 +15,7 @@ LUMPED = "warpdyn.model.structures.lumped"
 MODULES = (
     f"{LUMPED}.flexural_shear",
     f"{LUMPED}.sticks",
+    f"{LUMPED}.contact",
     f"{LUMPED}.foundations.pais_kausel",
     f"{LUMPED}.foundations.gazetas",
     f"{LUMPED}.foundations.period_on_soil",

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from linear_response import peak, pulse, response
+from printed_digits import half_unit
 from scipy.integrate import quad
 from scipy.linalg import eigh
 
@@ -25,11 +26,6 @@ TABLE = {
 HEIGHT, STOREYS, MASS, PERIOD, ALPHA0 = 60.0, 20, 400e3, 2.0, 4.0
 BENDING, SHEAR = 2.39250923e11, 1.06333744e9
 STOREY_HEIGHT = np.full(STOREYS, HEIGHT / STOREYS)
-
-
-def half_unit(value: float, digits: int) -> float:
-    """Return half a unit of the last of some printed significant digits."""
-    return 0.51 * 10.0 ** (np.floor(np.log10(abs(value))) - digits + 1)
 
 
 @pytest.mark.parametrize("alpha0", TABLE)

@@ -119,6 +119,9 @@ def test_embedment_factors_are_1_at_the_surface_and_forms_of_rocking_differ() ->
     # 1 + 0.92 0.25^0.6 (1.5 + 0.75^1.9 0.6^-0.6)
     assert second["ry"] == pytest.approx(1 + 0.92 * 0.25**0.6 * (1.5 + 0.75**1.9 * 0.6**-0.6), rel=1e-12)
     assert second["ry"] / first["ry"] > 1.15
+    long = RectangularFooting(12.0, 3.0, embedment=3.0)
+    of_long = [gazetas.gazetas_embedment_factors(long, rocking_form=form)["ry"] for form in gazetas.ROCKING_FORMS]
+    assert of_long[1] / of_long[0] == pytest.approx(1.8, abs=0.05)
     assert {mode: value for mode, value in first.items() if mode != "ry"} == {
         mode: value for mode, value in second.items() if mode != "ry"
     }
