@@ -179,8 +179,8 @@ def jankowski_damping_ratio(restitution: float) -> float:
     xi = 9 sqrt(5) / 2 (1 - e^2) / (e (e (9 pi - 16) + 16)). Damping acts on approach only; for e = 0.65 the restitution
     is 0.647.
 
-    Source: Jankowski (2005), "Non-linear viscoelastic modelling of earthquake-induced structural pounding", with the
-    relation of Jankowski (2006) as in OpenSees' JankowskiImpact.
+    Source: Jankowski (2005), "Non-linear viscoelastic modelling of earthquake-induced structural pounding"; relation as
+    in OpenSees' JankowskiImpact.
 
     Args:
         restitution: Coefficient of restitution e [1], above 0 and at most 1.

@@ -1,7 +1,7 @@
 """Period and damping of a structure on flexible soil, and the model with sway and rocking of the base.
 
-Sources: Veletsos and Meek (1974), "Dynamic behaviour of building-foundation systems"; NIST GCR 12-917-21 (2012),
-section 2.2; ASCE 7-16, section 19.3.
+Sources: Veletsos and Meek (1974), "Dynamic behaviour of building-foundation systems"; NIST GCR 12-917-21 (2012);
+ASCE 7-16, section 19.3.
 """
 
 from __future__ import annotations
@@ -88,7 +88,7 @@ def foundation_damping_ratio(
     beta_f = ((T~/T)^2 - 1) / (T~/T)^2 beta_s + beta_x / (T~/T_x)^2 + beta_r / (T~/T_r)^2 with T_x = 2 pi sqrt(m / K_x)
     and T_r = 2 pi sqrt(m h^2 / K_r).
 
-    Source: NIST GCR 12-917-21 (2012), equation 2-11; ASCE 7-16, section 19.3.
+    Source: NIST GCR 12-917-21 (2012); ASCE 7-16, section 19.3.
 
     Args:
         period: Period on soil T~ [s].
@@ -135,7 +135,7 @@ def damping_ratio_on_soil(
     beta_0 = beta_f + beta_i / (T~ / T)^n with n = 3 for viscous and n = 2 for hysteretic damping of the structure.
     ASCE 7-16 uses n = 2 with the effective period ratio, and limits the result to 0.20; apply this limit separately.
 
-    Source: NIST GCR 12-917-21 (2012), equation 2-10.
+    Source: NIST GCR 12-917-21 (2012).
 
     Args:
         structure_damping_ratio: Damping ratio beta_i of the structure on a fixed base [1].
