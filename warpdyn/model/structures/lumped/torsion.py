@@ -99,8 +99,8 @@ def torsional_matrices(
     masses = finite_numbers("floor_mass [kg]", floor_mass)
     if masses.ndim != 1 or not masses.size:
         raise ValueError(f"floor_mass must be one value per floor, from the first floor up, got shape {masses.shape}")
-    for floor in np.flatnonzero(masses <= 0):
-        raise ValueError(f"floor_mass of floor {floor + 1} is {masses[floor]:g} kg; it must be above 0")
+    for bad in np.flatnonzero(masses <= 0):
+        raise ValueError(f"floor_mass of floor {bad + 1} is {masses[bad]:g} kg; it must be above 0")
     floors = masses.size
     ends = finite_numbers("plan [m]", plan)
     if ends.shape != (2, 2) or np.any(ends[:, 1] <= ends[:, 0]):
