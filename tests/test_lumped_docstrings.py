@@ -10,6 +10,8 @@ from typing import Any
 import pytest
 from public_names import problems
 
+from warpdyn.model.structures.lumped.foundations.footing import RectangularFooting, Soil
+
 pytestmark = pytest.mark.fast
 LUMPED = "warpdyn.model.structures.lumped"
 MODULES = (
@@ -47,6 +49,11 @@ FUNCTIONS = dict(public_functions())
 @pytest.mark.parametrize("name", FUNCTIONS)
 def test_a_formula_is_documented(name: str) -> None:
     assert problems(name, FUNCTIONS[name]) == []
+
+
+@pytest.mark.parametrize("element", [RectangularFooting, Soil])
+def test_a_class_is_documented(element: type) -> None:
+    assert problems(element.__name__, element) == []
 
 
 @pytest.mark.parametrize("name", MODULES)

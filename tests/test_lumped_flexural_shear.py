@@ -189,6 +189,25 @@ def test_one_storey_has_the_closed_form() -> None:
     assert stick.rotations[0, 0] == pytest.approx(1.5 / 3.0, rel=1e-14)  # of a cantilever under a load at its end
 
 
+def test_a_stick_whose_base_rotates_resists_only_bending() -> None:
+    heights, bending = [4.0, 3.0, 3.5], [3e9, 2e9, 1e9]
+    matrix = sticks.bending_matrix_with_base_rotation(heights, bending)
+    scale = np.abs(matrix).max()
+    assert matrix @ [1.0, *np.cumsum(heights)] == pytest.approx(np.zeros(4), abs=1e-12 * scale)
+    fixed = sticks.lumped_stick(heights, bending, 0.0, 1e5).bending_matrix
+    assert matrix[1:, 1:] == pytest.approx(fixed, rel=1e-12)
+    one = sticks.bending_matrix_with_base_rotation([3.0], 2e8)
+    assert one == pytest.approx(3 * 2e8 / 27 * np.array([[9.0, -3.0], [-3.0, 1.0]]), rel=1e-12)
+
+
+def test_many_modes_have_finite_values() -> None:
+    for alpha0 in (0.0, 50.0):
+        gamma = fs.flexural_shear_eigenvalues(alpha0, 300)
+        assert np.diff(gamma)[100:] == pytest.approx(np.full(199, np.pi), rel=1e-3)
+        assert np.abs(fs.flexural_shear_participation(alpha0, 300)).max() == pytest.approx(1.4, abs=0.2)
+        assert np.isfinite(fs.flexural_shear_mode_shapes(alpha0, 300, [0.0, 0.3, 1.0])).all()
+
+
 def test_condensation_is_exact_and_recovers_the_removed_displacements() -> None:
     random = np.random.default_rng(1)
     root = random.normal(size=(6, 6))

@@ -161,6 +161,35 @@ def stick_of_period(period: float, storey_height: ArrayLike, floor_mass: ArrayLi
 
 
 @suggests_names
+def bending_matrix_with_base_rotation(storey_height: ArrayLike, bending_stiffness: ArrayLike) -> np.ndarray:
+    """Return the bending stiffness of a stick whose base may rotate, for a rotational spring or hinge at the base.
+
+    Rotations of floors are condensed; the rotation of the base is kept as the first degree of freedom. It is positive
+    if floors above move in the positive direction. Without the first row and column, the matrix is the `bending_matrix`
+    of `lumped_stick`.
+
+    Args:
+        storey_height: Storey heights from the ground up [m], shape [storey].
+        bending_stiffness: Bending stiffness EI [N m2], one value or shape [storey].
+
+    Returns:
+        Stiffness matrix [N m], [N] or [N/m], shape [1 + floor, 1 + floor].
+
+    Raises:
+        ValueError: If a value is not finite and above 0, or there is not one value per storey.
+
+    Example:
+        >>> (bending_matrix_with_base_rotation([3.0], 2e8) / 1e6).round(2)  # 3 EI / h^3 [[h^2, -h], [-h, 1]]
+        array([[200.  , -66.67],
+               [-66.67,  22.22]])
+    """
+    height = _storey_values("storey_height [m]", storey_height)
+    bending = _storey_values("bending_stiffness [N m2]", bending_stiffness, height.size)
+    full = _assembled(np.array([_bending(h) * ei for h, ei in zip(height, bending, strict=True)]), fixed=1)
+    return static_condensation(full, [0, *range(1, 2 * height.size, 2)])[0]
+
+
+@suggests_names
 def static_condensation(stiffness: ArrayLike, kept: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
     """Return a stiffness matrix without massless degrees of freedom, and the matrix that recovers them.
 
@@ -245,12 +274,12 @@ def _symmetric(upper: list[list[float]]) -> np.ndarray:
     return matrix + np.triu(matrix, 1).T
 
 
-def _assembled(elements: np.ndarray) -> np.ndarray:
-    """Return the sum of the elements of a stick on a fixed base, shape [2 x storey, 2 x storey]."""
+def _assembled(elements: np.ndarray, fixed: int = 2) -> np.ndarray:
+    """Return the sum of the elements of a stick without the first `fixed` degrees of freedom (2: a fixed base)."""
     total = np.zeros((2 * len(elements) + 2,) * 2)
     for storey, element in enumerate(elements):
         total[2 * storey : 2 * storey + 4, 2 * storey : 2 * storey + 4] += element
-    return total[2:, 2:]
+    return total[fixed:, fixed:]
 
 
 def _storey_values(what: str, values: ArrayLike, storeys: int | None = None, *, zero: bool = False) -> np.ndarray:
