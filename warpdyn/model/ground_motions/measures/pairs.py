@@ -167,12 +167,12 @@ class RotatedSpectralAcceleration(PairMeasure):
 
     def pair_values(self, both: Sequence[tuple[GroundMotion, GroundMotion]]) -> np.ndarray:
         """Return the measure of each pair, shape [pair]."""
-        rotated = [motion for first, second in both for motion in _rotated(first, second)]
+        rotated = [motion for first, second in both for motion in rotated_motions(first, second)]
         return np.percentile(self._of_one.values(rotated).reshape(len(both), ANGLES.size), self.percentile, axis=1)
 
 
-def _rotated(first: GroundMotion, second: GroundMotion) -> list[GroundMotion]:
-    """Return the motions in the directions ANGLES."""
+def rotated_motions(first: GroundMotion, second: GroundMotion) -> list[GroundMotion]:
+    """Return the motions of a pair of components in the directions ANGLES, from the first component on."""
     if first.step != second.step:
         raise ValueError(
             f"record {first.record!r}: {first.name!r} has a step of {first.step:g} s and {second.name!r} one of "
