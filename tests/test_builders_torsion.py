@@ -110,9 +110,7 @@ def about(x: float, y: float, base_motion: str = "xy") -> wd.TorsionalBuilding:
 @pytest.mark.parametrize("point", [(0.0, 0.0), (10.0, 6.0)])
 def test_the_reference_point_does_not_change_the_response(point):
     building = about(*point)
-    np.testing.assert_allclose(
-        building.modal()["circular_frequency"], [23.51723, 25.98215, 45.11755], rtol=1e-6
-    )
+    np.testing.assert_allclose(building.modal()["circular_frequency"], [23.51723, 25.98215, 45.11755], rtol=1e-6)
     run = run_of(building, pair(pulse(9.0, 0.35, 0.6, 6.0), pulse(8.0, 0.3, 0.5, 6.0)))
     assert run["peak_displacement"].sel(dof="theta1").item() == pytest.approx(0.002839879, rel=5e-5)
     assert run["peak_spring_deformation"].sel(spring="y19 1").item() == pytest.approx(0.04603151, rel=5e-5)
@@ -146,7 +144,9 @@ def test_gravity_has_the_reference_response_in_both_directions():
     # L17: four storeys; the frames are symmetric, so that no floor rotates.
     stiffness = {"x": np.array([40e6, 36e6, 30e6, 22e6]), "y": np.array([30e6, 26e6, 20e6, 14e6])}
     frames = [
-        wd.PlanFrame(f"{axis}{side:+}", (side, side), axis, stiffness[axis] / 2) for axis in "xy" for side in (-5.0, 5.0)
+        wd.PlanFrame(f"{axis}{side:+}", (side, side), axis, stiffness[axis] / 2)
+        for axis in "xy"
+        for side in (-5.0, 5.0)
     ]
     weight = 1961330.0
     due = {  # periods, and peaks
@@ -199,7 +199,9 @@ def test_gravity_reduces_the_torsional_stiffness_by_the_loads_at_their_places():
     matrix = building.matrices["geometric_stiffness"]
     # A rectangle of many small columns with equal loads about the centre of mass has the inertia of the floor.
     radius = (20**2 + 12**2) / 12
-    columns = np.array([(1 + sx * np.sqrt(radius / 2), -2 + sy * np.sqrt(radius / 2)) for sx in (-1, 1) for sy in (-1, 1)])
+    columns = np.array(
+        [(1 + sx * np.sqrt(radius / 2), -2 + sy * np.sqrt(radius / 2)) for sx in (-1, 1) for sy in (-1, 1)]
+    )
     due = np.zeros((6, 6))
     for storey, (force, height) in enumerate(((2.5e6, 4.0), (1e6, 3.0))):
         for x, y in columns:
@@ -248,7 +250,9 @@ def test_the_response_is_that_of_an_independent_integration():
 
     found = solve_ivp(rate, (0, 5), np.zeros(12), "DOP853", rtol=1e-9, atol=1e-12, max_step=0.01, dense_output=True)
     peaks = np.abs(found.sol(np.linspace(0, 5, 20001))[:6]).max(axis=1)
-    np.testing.assert_allclose(run_of(building, both)["peak_displacement"][0], peaks, rtol=1e-5)  # peaks lie between steps
+    np.testing.assert_allclose(
+        run_of(building, both)["peak_displacement"][0], peaks, rtol=1e-5
+    )  # peaks lie between steps
 
 
 WRONG = [

@@ -110,6 +110,7 @@ from .model.scene.distributions import Lognormal as Lognormal, Normal as Normal,
 from .model.scene.portfolio import Archetype as Archetype, Portfolio as Portfolio
 from .model.scene.scatter import GivenValues as GivenValues, RandomFactor as RandomFactor, RandomValue as RandomValue
 from .model.scene.scene import Scene as Scene
+from .model.structures.builders.flexural_shear_building import FlexuralShearBuilding as FlexuralShearBuilding
 from .model.structures.builders.gravity import (
     buckling_factors as buckling_factors,
     geometric_stiffness as geometric_stiffness,

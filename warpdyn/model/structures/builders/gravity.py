@@ -80,5 +80,7 @@ def buckling_factors(structure: LumpedStructure) -> np.ndarray:
     inverse = eigh(structure.matrices["geometric_stiffness"], elastic, eigvals_only=True)[::-1]
     found = inverse[inverse > NEGLIGIBLE * np.abs(inverse).max()]
     if not found.size:
-        raise ValueError("buckling_factors(): the structure is stable under any factor: K_geometric has no positive part")
+        raise ValueError(
+            "buckling_factors(): the structure is stable under any factor: K_geometric has no positive part"
+        )
     return 1 / found
