@@ -294,7 +294,7 @@ def test_wrong_frames_and_eccentricities_are_refused():
         wd.TorsionalBuilding([1e5] * 2, PLAN, [one])
     with pytest.raises(ValueError, match="spring 'b 1': unknown parameter 'yeild_force'"):
         wd.TorsionalBuilding([1e5], PLAN, [wd.PlanFrame("b", (0, 0), "x", 1e7, law="bilinear", yeild_force=1e5)])
-    with pytest.raises(TypeError, match="frames must be a list of wd.PlanFrame"):
+    with pytest.raises(TypeError, match=r"frames must be a list of wd\.PlanFrame"):
         wd.TorsionalBuilding([1e5], PLAN, [("a", 0, 0)])
     scatter = {"eccentricity_y": wd.RandomValue(wd.Uniform(-9.0, 9.0))}
     both = pair(pulse(5.0, 0.9, 0.6), pulse(4.0, 0.6, 0.5))

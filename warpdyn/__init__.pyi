@@ -110,16 +110,23 @@ from .model.scene.distributions import Lognormal as Lognormal, Normal as Normal,
 from .model.scene.portfolio import Archetype as Archetype, Portfolio as Portfolio
 from .model.scene.scatter import GivenValues as GivenValues, RandomFactor as RandomFactor, RandomValue as RandomValue
 from .model.scene.scene import Scene as Scene
+from .model.structures.builders.chains import lumped_chain as lumped_chain
 from .model.structures.builders.flexural_shear_building import FlexuralShearBuilding as FlexuralShearBuilding
 from .model.structures.builders.gravity import (
     buckling_factors as buckling_factors,
     geometric_stiffness as geometric_stiffness,
+)
+from .model.structures.builders.on_soil import (
+    FoundationSprings as FoundationSprings,
+    foundation_springs as foundation_springs,
+    structure_on_soil as structure_on_soil,
 )
 from .model.structures.builders.torsional_building import (
     PlanFrame as PlanFrame,
     TorsionalBuilding as TorsionalBuilding,
 )
 from .model.structures.hazus import hazus_drift_limits as hazus_drift_limits
+from .model.structures.lumped.foundations.footing import RectangularFooting as RectangularFooting, Soil as Soil
 from .model.structures.lumped.spring import Spring as Spring
 from .model.structures.lumped.structure import LumpedStructure as LumpedStructure
 from .model.structures.modal import modal_table as modal_table

@@ -28,8 +28,9 @@ class FlexuralShearBuilding(LumpedStructure):
     not part of this model.
 
     Degrees of freedom: "u1", "u2" and so on [m]. Springs: "frame 1", "frame 2" and so on, whose deformation is the
-    storey drift [m]. Outputs: "drift 1", "drift 2" ... (storey drifts [m]); "wall base shear" [N] and "wall base moment"
-    [N m] of the beams; with elastic springs also "base shear" [N] and "base moment" [N m] of the whole building.
+    storey drift [m]. Outputs: "drift 1", "drift 2" and so on (storey drifts [m]); "wall base shear" [N] and "wall base
+    moment" [N m] of the beams; if springs are elastic, also "base shear" [N] and "base moment" [N m] of the whole
+    building.
 
     Sources: Miranda and Taghavi (2005), "Approximate floor acceleration demands in multistory buildings"; Xiong, Lu,
     Guan and co-authors (2016), "A nonlinear computational model for regional seismic simulation of tall buildings".
@@ -54,11 +55,13 @@ class FlexuralShearBuilding(LumpedStructure):
             `deformation_capacity` [m]: one value or one per storey.
 
     Raises:
-        ValueError: If a value is out of its range, a length is wrong, neither a period nor stiffnesses are given, or both
-            are given, or the building buckles.
+        ValueError: If a value is out of its range, a length is wrong, neither a period nor stiffnesses are given, or
+            both are given, or the building buckles.
 
     Example:
-        >>> tower = wd.FlexuralShearBuilding([4e5] * 20, 3.0, period=2.0, alpha0=4.0, damping="modal", damping_ratio=0.03)
+        >>> tower = wd.FlexuralShearBuilding(
+        ...     [4e5] * 20, 3.0, period=2.0, alpha0=4.0, damping="modal", damping_ratio=0.03
+        ... )
         >>> tower
         FlexuralShearBuilding(20 storeys, T = 2 s, law='elastic', damping='modal')
         >>> tower.modal()["period"].values[:3].round(3)

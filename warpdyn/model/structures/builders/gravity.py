@@ -72,8 +72,8 @@ def buckling_factors(structure: LumpedStructure) -> np.ndarray:
     check_kind("buckling_factors", "a LumpedStructure", structure, LumpedStructure)
     if "geometric_stiffness" not in structure.matrices:
         raise ValueError(
-            "buckling_factors(): the structure has no geometric stiffness: give it geometric_stiffness= (or gravity_load= "
-            "of a builder)"
+            "buckling_factors(): the structure has no geometric stiffness: give it geometric_stiffness=, or "
+            "gravity_load='weight' if it is a TorsionalBuilding or FlexuralShearBuilding"
         )
     one = {name: values[None] for name, values in structure.parameters.items()}
     elastic = structure.stiffness_matrices(one, has_gravity=False)[0]

@@ -29,7 +29,8 @@ def storey_values(what: str, given: ArrayLike, storeys: int, units: str, *, leas
     values = finite_numbers(what, given, units)
     if values.ndim > 1 or values.size not in (1, storeys):
         raise ValueError(
-            f"{what} must be one value or one per storey ({storeys}), from the ground up, got shape {list(values.shape)}"
+            f"{what} must be one value or one per storey ({storeys}), from the ground up, got shape "
+            f"{list(values.shape)}"
         )
     values = np.array(np.broadcast_to(values.ravel(), storeys))
     for bad in np.flatnonzero(values <= 0 if least is None else values < least):
