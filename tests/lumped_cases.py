@@ -163,7 +163,9 @@ def bridge() -> Case:
     bilinear = {"law": "bilinear"}
     springs = [
         wd.Spring("pier", {"pier": 1.0}, stiffness=40e6, yield_force=0.8e6, hardening_ratio=0.03, **bilinear),
-        wd.Spring("bearing", {"deck": 1.0, "pier": -1.0}, stiffness=20e6, yield_force=0.4e6, hardening_ratio=0.1, **bilinear),
+        wd.Spring(
+            "bearing", {"deck": 1.0, "pier": -1.0}, stiffness=20e6, yield_force=0.4e6, hardening_ratio=0.1, **bilinear
+        ),
         wd.Spring("abutment bearings", {"deck": 1.0}, stiffness=6e6),
         wd.Spring("right", {"deck": 1.0}, law=law),
         wd.Spring("left", {"deck": -1.0}, law=law),
@@ -208,7 +210,12 @@ def sway_and_rocking() -> Case:
 
 def inclined_springs() -> Case:
     """L08: one mass on four inclined bilinear springs under three components."""
-    rows = [((0.6, 0, 0.8), 8e6, 60e3), ((-0.6, 0, 0.8), 6e6, 50e3), ((0, 0.6, 0.8), 5e6, 45e3), ((0, -0.8, 0.6), 7e6, 55e3)]
+    rows = [
+        ((0.6, 0, 0.8), 8e6, 60e3),
+        ((-0.6, 0, 0.8), 6e6, 50e3),
+        ((0, 0.6, 0.8), 5e6, 45e3),
+        ((0, -0.8, 0.6), 7e6, 55e3),
+    ]
     springs = [
         wd.Spring(
             str(number),

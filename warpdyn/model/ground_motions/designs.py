@@ -31,7 +31,7 @@ MOST_SHOWN = 10  # motions in a table
 CROSSED = "crossed"
 
 
-def intensities_of(motions: Sequence[GroundMotion], measure: IntensityMeasure) -> np.ndarray:
+def intensities_of(motions: Sequence[Any], measure: IntensityMeasure) -> np.ndarray:
     """Return the intensity of every motion, in g for accelerations; raise a TypeError if `measure` is not a measure."""
     if not isinstance(measure, IntensityMeasure):
         raise TypeError(f"measure must be an IntensityMeasure, such as SpectralAcceleration(period), got {measure!r}")
@@ -298,7 +298,7 @@ class Cloud(Design):
         8
     """
 
-    motions: Sequence[GroundMotion]
+    motions: Sequence[Any]  # GroundMotions, or PairOfMotions
     measure: IntensityMeasure = PeakGroundAcceleration()  # noqa: RUF009 (frozen)
     is_same_for_all = True
 

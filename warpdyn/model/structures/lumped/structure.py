@@ -41,8 +41,8 @@ class LumpedStructure(LumpedMatrices, Structure):
         mass: Mass of each degree of freedom, {name: mass}: [kg] for a translation, [kg m2] for a rotation.
         springs: The springs.
         influence: Displacement of each degree of freedom under a unit displacement of the base [1], {name: value}; for
-            several components of base motion a list of such dictionaries. Missing degrees of freedom have 0. None: 1 for
-            each degree of freedom.
+            several components of base motion a list of such dictionaries. Missing degrees of freedom have 0. None: 1
+            for each degree of freedom.
         mass_matrix: Matrix that is added to the masses [kg], symmetric, shape [dof, dof]: an inerter, or the coupling
             between degrees of freedom that are not at the centre of mass.
         load_mass: Mass matrix [kg] of the load, shape [dof, dof], or its diagonal, shape [dof]; None: the mass matrix.
@@ -195,8 +195,9 @@ class LumpedStructure(LumpedMatrices, Structure):
             first = int(np.argmax(least[:, 0] <= LEAST_OF_MASS))
             dof = self.dof_names[int(np.abs(shape[first, :, 0]).argmax())]
             return (
-                f"the mass matrix is singular or has a negative eigenvalue: a motion in which degree of freedom {dof!r} "
-                "takes most part has no mass. Correct mass_matrix, or eliminate this motion by static condensation"
+                "the mass matrix is singular or has a negative eigenvalue: a motion in which degree of freedom "
+                f"{dof!r} takes most part has no mass. Correct mass_matrix, or eliminate this motion by static "
+                "condensation"
             )
         return None
 
@@ -215,8 +216,8 @@ class LumpedStructure(LumpedMatrices, Structure):
         dof = self.dof_names[int(np.abs(motion).argmax())]
         cause = " or buckles under the geometric stiffness" if "geometric_stiffness" in self.matrices else ""
         return (
-            f"degree of freedom {dof!r} can move freely{cause}: no spring with an initial stiffness resists this motion. "
-            "Add a spring, or correct a direction"
+            f"degree of freedom {dof!r} can move freely{cause}: no spring with an initial stiffness resists this "
+            "motion. Add a spring, or correct a direction"
         )
 
     @property
