@@ -28,6 +28,12 @@ MOST_COMPONENTS = 6  # of the base motion
 LEAST_OF_STIFFNESS = 1e-13  # least squared frequency of a structure that cannot move freely, over the highest one
 LEAST_OF_MASS = 1e-12  # least eigenvalue of the mass matrix, scaled to a diagonal of ones
 OF_STRUCTURE = ("damping_ratio",)
+MATRICES = {  # with their units
+    "mass_matrix": "kg",
+    "stiffness_matrix": "N/m",
+    "damping_matrix": "N s/m",
+    "geometric_stiffness": "N/m",
+}
 
 
 @with_suggestions
@@ -113,12 +119,13 @@ class LumpedStructure(LumpedMatrices, Structure):
         self.springs = _checked_springs(springs, self.dof_names)
         self.influence = self._influence(influence)
         self.outputs = self._outputs(outputs)
-        given = {"mass_matrix": (mass_matrix, "kg"), "stiffness_matrix": (stiffness_matrix, "N/m")}
-        given |= {"damping_matrix": (damping_matrix, "N s/m"), "geometric_stiffness": (geometric_stiffness, "N/m")}
+        given = dict(
+            zip(MATRICES, (mass_matrix, stiffness_matrix, damping_matrix, geometric_stiffness), strict=True)
+        )
         self.matrices: Mapping[str, np.ndarray] = FrozenMapping(
             {
-                name: checked_matrix(name, matrix, self.dof_names, units)
-                for name, (matrix, units) in given.items()
+                name: checked_matrix(name, matrix, self.dof_names, MATRICES[name])
+                for name, matrix in given.items()
                 if matrix is not None
             }
         )
