@@ -84,9 +84,11 @@ class LumpedStructure(LumpedMatrices, Structure):
         ...         wd.Spring("C", {"x": 1.0, "theta": 3.0}, stiffness=5.8e5),
         ...     ],
         ...     influence={"y": 1.0},
+        ...     damping="modal",
+        ...     damping_ratio=0.05,
         ... )
         >>> deck
-        LumpedStructure(3 degrees of freedom, 3 springs, law='elastic', damping='none')
+        LumpedStructure(3 degrees of freedom, 3 springs, law='elastic', damping='modal')
         >>> scene = wd.Scene(deck, wd.Cloud(motions), recorders=("spring",))
         >>> wd.simulate(scene, device="cpu")["peak_spring_deformation"].sel(spring="A").dims
         ('sample',)
