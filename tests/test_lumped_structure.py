@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from lumped_cases import CASES, Case, deck_about, pulse
+from lumped_case import Case, pulse
+from lumped_cases import CASES, deck_about
 
 import warpdyn as wd
 
@@ -72,7 +73,14 @@ LAWS = {
 
 
 @pytest.mark.parametrize(
-    ("law", "method"), [*((law, "rk4") for law in LAWS), *(("bilinear", each) for each in METHODS[1:]), ("bouc_wen", "dormand_prince5"), ("bouc_wen", "heun"), ("peak_oriented", "heun")]
+    ("law", "method"),
+    [
+        *((law, "rk4") for law in LAWS),
+        *(("bilinear", each) for each in METHODS[1:]),
+        ("bouc_wen", "dormand_prince5"),
+        ("bouc_wen", "heun"),
+        ("peak_oriented", "heun"),
+    ],
 )
 def test_a_chain_of_springs_is_a_shear_building(law, method):
     chain, lumped = chain_and_lumped(law, **LAWS[law])
@@ -80,7 +88,10 @@ def test_a_chain_of_springs_is_a_shear_building(law, method):
     settings = {"step": 0.005, "dtype": "float64", "device": "cpu", "method": method}
     one = wd.simulate(wd.Scene(chain, motion, recorders=("drift", "acceleration"), tail=1.0), **settings)
     other = wd.simulate(wd.Scene(lumped, motion, recorders=("spring", "acceleration"), tail=1.0), **settings)
-    for name, due in {"peak_spring_deformation": "peak_storey_drift", "peak_acceleration": "peak_floor_acceleration"}.items():
+    for name, due in {
+        "peak_spring_deformation": "peak_storey_drift",
+        "peak_acceleration": "peak_floor_acceleration",
+    }.items():
         np.testing.assert_allclose(other[name], one[due], rtol=1e-10)
 
 

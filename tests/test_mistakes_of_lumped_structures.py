@@ -25,13 +25,19 @@ SPRINGS = [
     ({"stiffness": 0.0}, r"spring 's': stiffness \[N/m\] must be a finite number above 0"),
     ({"law": "bilinear", "hardening_ratio": 0.05}, "spring 's': yield_force .* is missing: law 'bilinear' needs it"),
     ({"law": "bilinear", "yield_force": -1.0, "hardening_ratio": 0.05}, "spring 's': yield_force is -1"),
-    ({"law": "bilinear", "yeild_force": 1.0}, "spring 's': unknown parameter 'yeild_force'.*did you mean 'yield_force'"),
+    (
+        {"law": "bilinear", "yeild_force": 1.0},
+        "spring 's': unknown parameter 'yeild_force'.*did you mean 'yield_force'",
+    ),
     ({"law": "bilinar"}, "spring 's': unknown storey law 'bilinar'"),
     ({"law": "viscous_damper"}, "spring 's': 'viscous_damper' is a dashpot: give damping_coefficient="),
     ({"law": "gap", "clearance": 0.1, "contact_stiffness": 1.0}, "spring 's': 'gap' takes no stiffness"),
     ({"damping_coefficient": -1.0}, r"spring 's': damping_coefficient \[N s/m\] must be a finite number"),
     ({"deformation_capacity": 0.0}, r"spring 's': deformation_capacity \[m\] must be a finite number above 0"),
-    ({"law": "bilinear", "yield_force": [1.0, 2.0], "hardening_ratio": 0.1}, "spring 's': yield_force must be one value"),
+    (
+        {"law": "bilinear", "yield_force": [1.0, 2.0], "hardening_ratio": 0.1},
+        "spring 's': yield_force must be one value",
+    ),
 ]
 
 
@@ -49,7 +55,10 @@ STRUCTURES = [
     ({"springs": [AXIAL]}, "degree of freedom 'y' can move freely"),
     ({"geometric_stiffness": np.diag([0.0, 2e7])}, "degree of freedom 'y' can move freely or buckles"),
     ({"springs": [*BOTH, AXIAL]}, "two springs have the name 'a'"),
-    ({"springs": [*BOTH, wd.Spring("c", {"z": 1.0}, stiffness=1.0)]}, "spring 'c' names the unknown degree of freedom 'z'"),
+    (
+        {"springs": [*BOTH, wd.Spring("c", {"z": 1.0}, stiffness=1.0)]},
+        "spring 'c' names the unknown degree of freedom 'z'",
+    ),
     ({"springs": []}, "1 to 128 springs, got 0"),
     ({"mass": {}}, "1 to 64 degrees of freedom, got 0"),
     ({"influence": {"X": 1.0}}, "influence names the unknown degree of freedom 'X'"),
@@ -146,7 +155,7 @@ def test_a_scene_that_does_not_fit_is_refused(built, excitation, named, message)
 
 
 def test_a_set_of_motions_has_one_number_of_components():
-    with pytest.raises(ValueError, match="motion 0 .* has 2 components, but motion 1 .* has 1"):
+    with pytest.raises(ValueError, match=r"motion 0 .* has 2 components, but motion 1 .* has 1"):
         wd.Cloud([PAIR, MOTION])
 
 
@@ -159,7 +168,10 @@ def test_a_method_that_does_not_fit_is_refused(method):
 @pytest.mark.parametrize(
     ("scatter", "message"),
     [
-        ({"stiffness": wd.RandomFactor(wd.Lognormal(1.0, 0.1), per="storey")}, "one value per spring; use per='spring'"),
+        (
+            {"stiffness": wd.RandomFactor(wd.Lognormal(1.0, 0.1), per="storey")},
+            "one value per spring; use per='spring'",
+        ),
         ({"mass": wd.RandomFactor(wd.Lognormal(1.0, 0.1), per="spring")}, "one value per dof; use per='dof'"),
         ({"mass": wd.GivenValues([[1.0, 2.0, 3.0]])}, r"it must be \[structure, 2\] or \[structure\]"),
         ({"height": wd.RandomFactor(wd.Lognormal(1.0, 0.1))}, "unknown parameter 'height'"),

@@ -134,10 +134,7 @@ def _run_again(run: Ensemble, finer: int, factor: float) -> Arrays:
 
 def _largest_change(name: str, outputs: Arrays, chosen: np.ndarray, again: Arrays) -> np.ndarray:
     """Return the largest relative change of a peak drift, infinite if the second run failed, shape [sample]."""
-    peak, other = (
-        np.abs(each.astype(np.float64))
-        for each in (outputs[name][:, chosen], again[name])
-    )
+    peak, other = (np.abs(each.astype(np.float64)) for each in (outputs[name][:, chosen], again[name]))
     largest = peak.max(axis=0)
     # Peaks of a collapsed sample end when one storey exceeds its limit, so the peaks of the other storeys depend on the
     # time of collapse.

@@ -130,7 +130,9 @@ class Sampler:
             taken = storeys_with(nominal[name])
             is_given = isinstance(self.scatter[name], GivenValues)
             what = f"the given {name}" if is_given else f"the drawn {name}"
-            problem = parameter.first_violation(what, values, axes[: values.ndim], structures, taken, self.structure.names_along(axes[1]))
+            problem = parameter.first_violation(
+                what, values, axes[: values.ndim], structures, taken, self.structure.names_along(axes[1])
+            )
             if problem:
                 raise ValueError(f"{problem}; {'correct its GivenValues' if is_given else REMEDY}")
         if not is_all:

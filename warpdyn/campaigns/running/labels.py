@@ -290,7 +290,9 @@ def _motion_table(scene: Scene) -> dict[str, tuple]:
         "motion_name": motion_names(motions),
         "motion_step": ("motion", steps, {"long_name": "sampling step of the motion", "units": "s"}),
     }
-    recorded = [motion.peak_ground_acceleration for motion in motions if isinstance(motion, GroundMotion | PairOfMotions)]
+    recorded = [
+        motion.peak_ground_acceleration for motion in motions if isinstance(motion, GroundMotion | PairOfMotions)
+    ]
     if len(recorded) == len(motions):
         said = {"long_name": "peak ground acceleration of the motion as recorded", "units": "m s-2"}
         table["motion_peak_acceleration"] = "motion", np.array(recorded), said

@@ -27,7 +27,10 @@ COLLAPSE_OF_SPRINGS = {  # `lumped/spring_collapse.py`
         (), "s", "time at which the deformation of a spring passed its capacity", is_demand=False
     ),
     "spring_of_collapse": Variable(
-        (), "1", "index along spring of the spring that passed its capacity first; -1 where none did", is_demand=False,
+        (),
+        "1",
+        "index along spring of the spring that passed its capacity first; -1 where none did",
+        is_demand=False,
         is_whole=True,
     ),
 }

@@ -30,7 +30,8 @@ class Plan:
     """Everything that decides a kernel's source; each distinct plan has one kernel.
 
     Args:
-        family: "chain" (storeys in series), "lumped" (springs between any degrees of freedom) or "dense" (full matrices).
+        family: "chain" (storeys in series), "lumped" (springs between any degrees of freedom) or "dense" (full
+            matrices).
         dofs: Degrees of freedom.
         law: Device functions of the storeys (elastic for the dense family).
         damping: "none", "storey", "rayleigh", "rayleigh_tangent", "mass_proportional" or "modal" (chain); "matrix"

@@ -114,7 +114,9 @@ GROUPS: dict[str, dict[str, Slot]] = {
         ),
         "read_entry": _slot("entry, lane", "Read an entry of full matrices.", "s of_mass"),
         "start_row": _slot("row, lane", "Read a row of full matrices."),
-        "read_spring": _slot("spring, lane", "Read values of a spring of structure s (lumped structures).", "s", "z zs"),
+        "read_spring": _slot(
+            "spring, lane", "Read values of a spring of structure s (lumped structures).", "s", "z zs"
+        ),
         "number_storey": _slot("storey", "Set g, the index of storey i in the building.", "", "g"),
         "fill_pad": _slot("storey, lane", "Set the values of a storey that pads a section.", "s", "coefficients"),
         "exchange_states": _slot("kernel", "Exchange states with the threads that share a sample.", "", "intervals"),
@@ -245,7 +247,10 @@ GROUPS: dict[str, dict[str, Slot]] = {
             "drift rate f restoring dashpot",
         ),
         "push_springs": _slot(
-            "kernel", "Set the memory of all springs at their initial deformation (lumped structures).", "", "z zs memory c"
+            "kernel",
+            "Set the memory of all springs at their initial deformation (lumped structures).",
+            "",
+            "z zs memory c",
         ),
         "end_spring": _slot(
             "spring, lane", "After the force of a spring is known (lumped structures).", "rate memory c", "z zs zn"

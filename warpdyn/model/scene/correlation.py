@@ -53,7 +53,9 @@ def correlation_factor(
     correlation applies to every storey of the other parameter.
     """
     random = {name: spread for name, spread in scatter.items() if isinstance(spread, RandomScatter)}
-    variables = [(name, i) for name, spread in random.items() for i in range(spread.variables(structure.length_of(name)))]
+    variables = [
+        (name, i) for name, spread in random.items() for i in range(spread.variables(structure.length_of(name)))
+    ]
     matrix = np.eye(len(variables))
     for row, (p, i) in enumerate(variables):
         for column, (q, j) in enumerate(variables[:row]):

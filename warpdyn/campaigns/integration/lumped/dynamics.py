@@ -50,7 +50,11 @@ class LumpedDynamics(Dynamics):
         count = max((len(values) for values in drawn.values()), default=0)
         parameters: Arrays = {}
         for name, value in structure.nominal_values.items():
-            known = np.resize(drawn[name], (count, *value.shape)) if name in drawn else np.tile(value, (count, *value.ndim * (1,)))
+            known = (
+                np.resize(drawn[name], (count, *value.shape))
+                if name in drawn
+                else np.tile(value, (count, *value.ndim * (1,)))
+            )
             factors = random.uniform(0.9, 1.1, (1, *value.shape)) if name in drawn else np.ones((1, *value.shape))
             parameters[name] = np.concatenate([known.reshape(count, *value.shape), factors * value])
         matrices = self._matrices(parameters, structure.rayleigh(parameters, self._frequencies(parameters)))
@@ -115,6 +119,7 @@ class LumpedDynamics(Dynamics):
         read = of_structure.storey_law.coefficients(of_springs_only(parameters), self.variants)
         coefficients = np.stack([np.broadcast_to(values, parameters["stiffness"].shape).T for values in read], axis=1)
         matrices = self._matrices(parameters, rayleigh.T)
+        assert self.pattern is not None
         terms = [values_in(table, matrices[name]) for name, table in self.pattern.tables.items()]
         if self.pattern.has_dashpots:
             terms.append(of_structure.dashpots(parameters, rayleigh.T).T)

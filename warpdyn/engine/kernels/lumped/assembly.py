@@ -2,7 +2,9 @@
 
 from warpdyn.engine.kernels.lumped.pattern import products, transposed
 
-FIELDS = {"Structure": {"terms": "float[,]"}}  # values of the entries of all matrices, and of dashpots, [value, structure]
+FIELDS = {
+    "Structure": {"terms": "float[,]"}
+}  # values of the entries of all matrices, and of dashpots, [value, structure]
 
 
 def wanted(plan):

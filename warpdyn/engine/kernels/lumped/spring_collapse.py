@@ -1,8 +1,8 @@
 """Collapse of a lumped structure: a sample ends when the deformation of a spring exceeds its capacity.
 
 The instant of collapse, and the status if the deformation changes by more than half the capacity in the last step, are
-those of `parts/collapse.py`. Peaks of deformations count up to the instant of collapse, other peaks up to the last state
-before it.
+those of `parts/collapse.py`. Peaks of deformations count up to the instant of collapse, other peaks up to the last
+state before it.
 """
 
 from warpdyn.engine.kernels.parts.collapse import share_beyond

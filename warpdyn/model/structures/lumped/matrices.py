@@ -75,7 +75,7 @@ class LumpedMatrices:
 
     def dashpots(self, values: Values, rayleigh: np.ndarray) -> np.ndarray:
         """Return the coefficients of the springs' dashpots [N s/m], shape [structure, spring]."""
-        own = values["damping_coefficient"] if "damping_coefficient" in values else 0.0
+        own = values.get("damping_coefficient", 0.0)
         return own + rayleigh[1][:, None] * values["stiffness"]
 
     def damping_between_dofs(self, values: Values, rayleigh: np.ndarray) -> np.ndarray:

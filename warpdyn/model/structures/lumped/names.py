@@ -26,7 +26,8 @@ def check_known(what: str, given: Collection[str], dofs: Sequence[str]) -> None:
         if name not in dofs:
             listed = ", ".join(map(repr, dofs[:12])) + (" ..." if len(dofs) > 12 else "")
             raise ValueError(
-                f"{what} names the unknown degree of freedom {name!r}{did_you_mean(name, list(dofs))}; there are {listed}"
+                f"{what} names the unknown degree of freedom {name!r}{did_you_mean(name, list(dofs))}; there are "
+                f"{listed}"
             )
 
 

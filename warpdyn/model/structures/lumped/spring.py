@@ -32,7 +32,8 @@ class Spring:
         **parameters: Parameters of the law, one value each, such as `yield_force` [N].
 
     Raises:
-        ValueError: If no coefficient differs from 0, a value is out of its bounds, or a parameter is missing or unknown.
+        ValueError: If no coefficient differs from 0, a value is out of its bounds, or a parameter is missing or
+            unknown.
         TypeError: If a name is not text, or `direction` is not a dictionary.
 
     Example:
@@ -73,9 +74,7 @@ class Spring:
             self.stiffness = real_number(f"{where}: stiffness [N/m]", stiffness, above=0)
         self.deformation_capacity = deformation_capacity
         if deformation_capacity is not None:
-            self.deformation_capacity = real_number(
-                f"{where}: deformation_capacity [m]", deformation_capacity, above=0
-            )
+            self.deformation_capacity = real_number(f"{where}: deformation_capacity [m]", deformation_capacity, above=0)
         self.parameters = _values_of(where, self.law, {**parameters, **own})
 
     def description(self) -> dict[str, object]:
@@ -131,5 +130,3 @@ def _values_of(where: str, law: type[StoreyElement], given: Mapping[str, object]
             raise ValueError(problem)
         found[name] = float(number)
     return found
-
-
