@@ -59,10 +59,14 @@ def warn_of_implausible(scene: Scene, *, step: float | None = None, longest_step
     period = 0.0
     is_shaken = excitation.is_design or isinstance(excitation, EventSequence | FilteredNoise)
     for where, one, scatter in parts:
+        if one.is_vehicle:  # usual values are those of buildings and earthquakes
+            period = max(period, one.fundamental_period)
+            continue
         period = max(period, _add_structure(findings, one, scatter, where, is_shaken=is_shaken))
         if isinstance(one, ShearBuilding):
             _add_start_and_forces(findings, excitation, one)
-    _add_excitation(findings, excitation)
+    if not structure.is_vehicle:
+        _add_excitation(findings, excitation)
     for given in (step, longest_step):
         if isinstance(given, int | float) and period > 0:
             # No method can resolve a vibration with steps as long as its period.

@@ -23,6 +23,7 @@ class Structure(ABC):
         demand: Name of the recorder whose error the step control limits.
         can_yield: Whether an earthquake may cause residual drifts.
         is_many: Whether the object is a portfolio of buildings of several kinds.
+        is_vehicle: Whether the motions are those of a road, not of earthquakes.
         is_scaled: Whether parameters are matrices, which scatter can only multiply.
         law: Names of storey laws and devices, joined; "elastic" for a linear structure.
         storey_laws: Name of the law of each storey, or one name for all storeys.
@@ -37,6 +38,7 @@ class Structure(ABC):
     demand: ClassVar[str]
     can_yield: ClassVar[bool] = True
     is_many: ClassVar[bool] = False
+    is_vehicle: ClassVar[bool] = False
     is_scaled: ClassVar[bool] = False
     law: str
     storey_laws: tuple[str, ...]
