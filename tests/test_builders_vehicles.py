@@ -107,7 +107,7 @@ def integrated_half_car(road, speed: float, duration: float) -> np.ndarray:
 
 def test_a_half_car_has_the_response_to_the_elevation_of_the_road():
     road, car = wd.RoadBump(0.05, 1.5), wd.HalfCar(*HALF)
-    motion = car.road_motion(road, speed=10.0, duration=3.0, step=0.0005)
+    motion = road.motion_of_axles(car.wheelbase, speed=10.0, duration=3.0, step=0.0005)
     run = run_of(car, motion, 0.0005)
     names = ["front suspension", "rear suspension", "front tyre", "rear tyre"]
     found = run["peak_spring_deformation"].sel(spring=names).values[0]
@@ -120,7 +120,7 @@ def test_a_half_car_has_the_response_to_the_elevation_of_the_road():
 def test_a_slow_half_car_follows_the_road():
     # On a long wave the body is parallel to the line through the points of contact.
     road, car = wd.SineRoad(0.1, 200.0), wd.HalfCar(*HALF)
-    motion = car.road_motion(road, speed=10.0, duration=40.0, step=0.005)
+    motion = road.motion_of_axles(car.wheelbase, speed=10.0, duration=40.0, step=0.005)
     run = run_of(car, motion, 0.0025, record_from=20.0)
     omega = 2 * np.pi * 10 / 200
     assert run["peak_acceleration"].sel(dof="bounce").item() == pytest.approx(0.1 * omega**2, rel=4e-3)
@@ -136,7 +136,7 @@ def test_a_half_car_with_equal_axles_on_one_bump_is_two_quarter_cars():
     car = wd.HalfCar(m, m * a * b, a, b, (50.0, 50.0), (2e4, 2e4), (1500.0, 1500.0), (2e5, 2e5))
     quarter = wd.QuarterCar(m / 2, 50.0, 2e4, 1500.0, 2e5)
     road = wd.RoadBump(0.05, 1.5)
-    run = run_of(car, car.road_motion(road, 10.0, 3.0, 0.001), 0.001)
+    run = run_of(car, road.motion_of_axles(car.wheelbase, 10.0, 3.0, 0.001), 0.001)
     one = run_of(quarter, road.motion(10.0, 3.0, 0.001), 0.001)
     for axle in ("front", "rear"):
         for part in ("suspension", "tyre"):
@@ -163,7 +163,11 @@ WRONG = [
         r"tyre_stiffness of the rear axle \[N/m\] must be a finite number above",
     ),
     (lambda: wd.HalfCar(1200.0, 2100.0, -0.9, *HALF[3:]), r"front_distance \[m\]"),
-    (lambda: wd.HalfCar(*HALF).road_motion(wd.SineRoad(0.01, 1.0), 20.0, 1.0, 0.1), "give a step of at most 0.025 s"),
+    (
+        lambda: wd.SineRoad(0.01, 9.0).motion_of_axles(0.0, 20.0, 1.0, 0.1),
+        r"distance \[m\] must be a finite number above",
+    ),
+    (lambda: wd.SineRoad(0.01, 1.0).motion_of_axles(2.0, 20.0, 1.0, 0.1), "give a step of at most 0.025 s"),
 ]
 
 
@@ -171,11 +175,3 @@ WRONG = [
 def test_wrong_vehicles_are_refused(call, message):
     with pytest.raises(ValueError, match=message):
         call()
-
-
-def test_a_motion_is_no_road():
-    motion = wd.SineRoad(0.01, 5.0).motion(20.0, 1.0, 0.01)
-    with pytest.raises(
-        TypeError, match=r"takes a Road, got GroundMotion; give wd\.SineRoad, wd\.RandomRoad or wd\.RoadBump"
-    ):
-        wd.HalfCar(*HALF).road_motion(motion, 20.0, 1.0, 0.1)

@@ -9,7 +9,7 @@ from printed_digits import half_unit
 from public_names import problems
 from scipy.linalg import solve_continuous_lyapunov
 
-from warpdyn.model.ground_motions import roads
+from warpdyn.model.ground_motions.roads import profiles as roads
 
 pytestmark = pytest.mark.fast
 # A quarter car: masses of body and wheel, springs of suspension and tyre, damper of the suspension.

@@ -106,7 +106,7 @@ from .model.ground_motions.motions import GroundMotion as GroundMotion
 from .model.ground_motions.motions_at_sites import MotionsAtSites as MotionsAtSites
 from .model.ground_motions.pairs_of_motions import PairOfMotions as PairOfMotions
 from .model.ground_motions.response_spectra import response_spectra as response_spectra
-from .model.ground_motions.roads import RandomRoad as RandomRoad, RoadBump as RoadBump, SineRoad as SineRoad
+from .model.ground_motions.roads.profiles import RandomRoad as RandomRoad, RoadBump as RoadBump, SineRoad as SineRoad
 from .model.scene.distributions import Lognormal as Lognormal, Normal as Normal, Uniform as Uniform
 from .model.scene.portfolio import Archetype as Archetype, Portfolio as Portfolio
 from .model.scene.scatter import GivenValues as GivenValues, RandomFactor as RandomFactor, RandomValue as RandomValue

@@ -57,6 +57,7 @@ class FlexuralShearBuilding(LumpedStructure):
     Raises:
         ValueError: If a value is out of its range, a length is wrong, neither a period nor stiffnesses are given, or
             both are given, or the building buckles.
+        TypeError: If `law` is neither a name nor a law.
 
     Example:
         >>> tower = wd.FlexuralShearBuilding(

@@ -241,7 +241,7 @@ def _check_frames(frames: object) -> None:
     names = [frame.name for frame in frames]
     for name in names:
         if names.count(name) > 1:
-            raise ValueError(f"two frames have the name {name!r}: give each frame a name of its own")
+            raise ValueError(f"two frames have the name {name!r}: rename one of them")
 
 
 def _with_names(message: str, frames: Sequence[PlanFrame]) -> str:

@@ -1,12 +1,10 @@
-"""Vehicles on a road: quarter car and half car."""
+"""Vehicles on a road (see `wd.SineRoad`): quarter car and half car."""
 
 from __future__ import annotations
 
 from warpdyn.engine.laws.law import Law
-from warpdyn.foundations.core.checks import check_kind, real_number
+from warpdyn.foundations.core.checks import real_number
 from warpdyn.foundations.core.near_misses import with_suggestions
-from warpdyn.model.ground_motions.pairs_of_motions import PairOfMotions
-from warpdyn.model.ground_motions.roads import Road
 from warpdyn.model.structures.lumped.spring import Spring
 from warpdyn.model.structures.lumped.structure import LumpedStructure
 
@@ -30,6 +28,7 @@ class QuarterCar(LumpedStructure):
 
     Raises:
         ValueError: If a value is not finite or is out of its range.
+        TypeError: If `suspension_law` is neither a name nor a law.
 
     Example:
         >>> car = wd.QuarterCar(300.0, 60.0, 16e3, 1e3, 190e3)
@@ -78,9 +77,9 @@ class HalfCar(LumpedStructure):
 
     Degrees of freedom, relative to the road and upwards: "bounce" of the centre of mass [m], "pitch" [rad] (positive
     with the front upwards), "front wheel" and "rear wheel" [m]. The two components of the base motion are the
-    accelerations of the road below the front and the rear wheel; `road_motion` makes them. Displacements of the body
-    are relative to the straight line through the two points of contact. This is exact, because the car is statically
-    determinate on its two wheels and tyres have no damping.
+    accelerations of the road below the front and the rear wheel; `motion_of_axles` of a road makes them. Displacements
+    of the body are relative to the straight line through the two points of contact. This is exact, because the car is
+    statically determinate on its two wheels and tyres have no damping.
     Springs: "front suspension", "rear suspension", "front tyre" and "rear tyre", which do not lift off.
 
     Args:
@@ -95,10 +94,12 @@ class HalfCar(LumpedStructure):
 
     Raises:
         ValueError: If a value is not finite or is out of its range, or there is not one value for each axle.
+        TypeError: If a value is not a number.
 
     Example:
         >>> car = wd.HalfCar(1200.0, 2100.0, 0.9, 1.2, (60.0, 60.0), (28e3, 21e3), (2500.0, 2000.0), (2e5, 2e5))
-        >>> both = car.road_motion(wd.RoadBump(height=0.05, length=2.0), speed=10.0, duration=3.0, step=0.002)
+        >>> bump = wd.RoadBump(height=0.05, length=2.0)
+        >>> both = bump.motion_of_axles(car.wheelbase, speed=10.0, duration=3.0, step=0.002)
         >>> driven = wd.simulate(wd.Scene(car, both, tail=0.0), device="cpu")
         >>> driven["peak_displacement"].sel(dof="pitch").item() > 0.01
         True
@@ -150,31 +151,6 @@ class HalfCar(LumpedStructure):
                 {"bounce": front / self.wheelbase, "pitch": -1 / self.wheelbase, "rear wheel": 1.0},
             ],
         )
-
-    def road_motion(self, road: Road, speed: float, duration: float, step: float) -> PairOfMotions:
-        """Return the accelerations of the road below the front and the rear wheel at constant speed.
-
-        The front wheel is at the place 0 of the road at t = 0; the rear wheel passes the same places later.
-
-        Args:
-            road: The road: a SineRoad, RandomRoad or RoadBump.
-            speed: Speed of the vehicle [m/s].
-            duration: Duration of the motion [s].
-            step: Step of the samples [s].
-
-        Raises:
-            ValueError: If a value is not finite or is out of its range, or the step is too long for the road.
-            TypeError: If `road` is of another class.
-
-        Example:
-            >>> car = wd.HalfCar(1200.0, 2100.0, 0.9, 1.2, (60.0, 60.0), (28e3, 21e3), (2500.0, 2000.0), (2e5, 2e5))
-            >>> car.road_motion(wd.SineRoad(0.01, 5.0), speed=20.0, duration=2.0, step=0.005).duration
-            2.0
-        """
-        check_kind("road_motion", "a Road", road, Road, "give wd.SineRoad, wd.RandomRoad or wd.RoadBump")
-        front = road.motion(speed, duration, step, name="front")
-        rear = road.motion(speed, duration, step, start=-self.wheelbase, name="rear")
-        return PairOfMotions(front, rear, name="road")
 
     def __repr__(self) -> str:
         return f"HalfCar(body {self.parameters['mass'][0]:g} kg, wheelbase {self.wheelbase:g} m)"

@@ -2,7 +2,7 @@
 
 A vehicle at constant speed v on the profile z(x) is excited by the displacement z(v t), or by the acceleration
 v^2 z''(v t) in degrees of freedom that are relative to the road. An axle behind another one passes the same profile
-later: give `start` the distance between the axles with a minus sign.
+later: `motion_of_axles`, or `start` with the distance between the axles and a minus sign.
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ from warpdyn.foundations.core.checks import check_memory, finite_numbers, one_of
 from warpdyn.foundations.core.near_misses import suggests_names, with_suggestions
 from warpdyn.foundations.core.random_numbers import Purpose, uniforms
 from warpdyn.model.ground_motions.motions import GroundMotion
+from warpdyn.model.ground_motions.pairs_of_motions import PairOfMotions
 
 REFERENCE_FREQUENCY = 0.1  # n0, cycle/m
 #: Geometric mean of the spectral density at 0.1 cycle/m of each road class of ISO 8608 [m2/(cycle/m)].
@@ -143,8 +144,7 @@ class Road:
                 wave takes.
 
         Example:
-            >>> from warpdyn.model.ground_motions.roads import SineRoad
-            >>> road = SineRoad(amplitude=0.01, wavelength=5.0)
+            >>> road = wd.SineRoad(amplitude=0.01, wavelength=5.0)
             >>> road.motion(speed=20.0, duration=2.0, step=0.005)
             GroundMotion('road', 2 s at steps of 0.005 s, PGA 0.6428 g (6.304 m/s2))
         """
@@ -163,6 +163,36 @@ class Road:
         check_memory(f"{count} samples", 8.0 * 4 * count, "give a shorter duration= or a longer step=")
         places = start + speed * step * np.arange(max(count, 2))
         return GroundMotion(speed**2 * self.curvature(places), step, name, repr(self))
+
+    def motion_of_axles(
+        self, distance: float, speed: float, duration: float, step: float, *, name: str = "road"
+    ) -> PairOfMotions:
+        """Return the vertical accelerations of the road below a front and a rear axle, for `wd.HalfCar`.
+
+        The front axle is at the place 0 of the road at t = 0; the rear axle passes the same places later.
+
+        Args:
+            distance: Distance between the axles [m], such as `car.wheelbase`.
+            speed: Speed of the vehicle [m/s].
+            duration: Duration of the motion [s].
+            step: Step of the samples [s].
+            name: Name of the motion in results.
+
+        Returns:
+            The two motions; see `motion`.
+
+        Raises:
+            ValueError: If a value is not finite, is below its bound, or the step is longer than half of the shortest
+                wave takes.
+
+        Example:
+            >>> wd.RoadBump(height=0.05, length=2.0).motion_of_axles(2.1, speed=10.0, duration=2.0, step=0.005).duration
+            2.0
+        """
+        behind = real_number("distance [m]", distance, above=0)
+        front = self.motion(speed, duration, step, name=f"{name}, front axle")
+        rear = self.motion(speed, duration, step, start=-behind, name=f"{name}, rear axle")
+        return PairOfMotions(front, rear, name=name)
 
     def _derivative(self, place: np.ndarray, order: int) -> np.ndarray:
         """Return the elevation (order 0), its first or its second derivative."""
@@ -191,7 +221,7 @@ class RandomRoad(Road):
         ValueError: If a value is out of its range.
 
     Example:
-        >>> road = RandomRoad("C", lowest=0.01, highest=4.0, waves=2000, seed=1)
+        >>> road = wd.RandomRoad("C", lowest=0.01, highest=4.0, waves=2000, seed=1)
         >>> road.elevation([0.0, 10.0]).shape
         (2,)
         >>> round(road.standard_deviation, 4)
@@ -259,7 +289,7 @@ class SineRoad(Road):
         ValueError: If a value is not finite and above 0.
 
     Example:
-        >>> SineRoad(amplitude=0.01, wavelength=5.0).elevation([0.0, 1.25])
+        >>> wd.SineRoad(amplitude=0.01, wavelength=5.0).elevation([0.0, 1.25])
         array([0.  , 0.01])
     """
 
@@ -295,7 +325,7 @@ class RoadBump(Road):
         ValueError: If the height is not finite, or the length is not finite and above 0.
 
     Example:
-        >>> RoadBump(height=0.08, length=2.0).elevation([-1.0, 0.0, 1.0, 2.0]).round(4)
+        >>> wd.RoadBump(height=0.08, length=2.0).elevation([-1.0, 0.0, 1.0, 2.0]).round(4)
         array([0.  , 0.  , 0.08, 0.  ])
     """
 
