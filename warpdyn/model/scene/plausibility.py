@@ -59,7 +59,7 @@ def warn_of_implausible(scene: Scene, *, step: float | None = None, longest_step
     period = 0.0
     is_shaken = excitation.is_design or isinstance(excitation, EventSequence | FilteredNoise)
     for where, one, scatter in parts:
-        if one.is_vehicle:  # usual values are those of buildings and earthquakes
+        if isinstance(one, LumpedStructure) and one.is_vehicle:  # usual values are those of buildings and earthquakes
             period = max(period, one.fundamental_period)
             continue
         period = max(period, _add_structure(findings, one, scatter, where, is_shaken=is_shaken))

@@ -20,6 +20,7 @@ from warpdyn.model.ground_motions.motions import GroundMotion, checked_motions
 from warpdyn.model.ground_motions.motions_at_sites import MotionsAtSites
 from warpdyn.model.scene import distributions, scatter
 from warpdyn.model.scene.portfolio import Archetype, Portfolio
+from warpdyn.model.structures.builders.torsional_building import TorsionalBuilding
 from warpdyn.model.structures.lumped.spring import Spring
 from warpdyn.model.structures.lumped.structure import MATRICES, LumpedStructure
 from warpdyn.model.structures.shear_building import LinearSystem, ShearBuilding
@@ -162,8 +163,8 @@ class Rebuilding:
         if kind == "LinearSystem":
             rest.pop("law", None)
             return _made(LinearSystem, rest, where)
-        if kind == "LumpedStructure":
-            return self.lumped(rest, where)
+        if kind in ("LumpedStructure", "TorsionalBuilding"):
+            return self.lumped(rest, where, is_torsional=kind == "TorsionalBuilding")
         if kind != "ShearBuilding":
             raise _foreign(where, kind)
         _check_keys(rest, where, (), BUILDING_KEYS)
@@ -181,7 +182,7 @@ class Rebuilding:
         building.own_storeys[[storey - 1 for storey in added]] = False
         return building
 
-    def lumped(self, told: dict[str, Any], where: str) -> LumpedStructure:
+    def lumped(self, told: dict[str, Any], where: str, *, is_torsional: bool) -> LumpedStructure:
         """Return the lumped structure that a JSON object without its type describes."""
         _check_keys(told, where, (), ("degrees_of_freedom", "mass", "springs", "influence", "damping"))
         check_written(told.get("written_laws", {}), f"from_json(): {where}")
@@ -197,7 +198,12 @@ class Rebuilding:
             if name in told:
                 chosen[name] = self._numbers(self.value(told[name], f"{where}.{name}"), f"{where}.{name}")
         influence = [dict(zip(names, row, strict=True)) for row in told["influence"]]
-        return LumpedStructure(dict(zip(names, mass, strict=True)), springs, influence=influence, **chosen)
+        masses = dict(zip(names, mass, strict=True))
+        if not is_torsional:
+            return LumpedStructure(masses, springs, influence=influence, **chosen)
+        _check_keys(told, where, (), ("plan", "mass_centres"))
+        chosen |= {name: self._numbers(told[name], f"{where}.{name}") for name in ("plan", "mass_centres")}
+        return TorsionalBuilding.of_parts(masses, springs, influence=influence, **chosen)
 
     def _numbers(self, told: object, where: str) -> np.ndarray:
         """Return the values of a building's parameter as an array; `where` is the parameter's place, for errors."""

@@ -61,7 +61,7 @@ def with_equipment(
         >>> equipped.dof_names
         ('u1', 'u2', 'equipment')
         >>> equipped.modal()["period"].values[:2].round(3)
-        array([0.542, 0.522])
+        array([0.54 , 0.525])
     """
     whole = _lumped("with_equipment", structure)
     own_mass = real_number("mass [kg]", mass, above=0)

@@ -7,6 +7,7 @@ from numpy.typing import ArrayLike
 
 from warpdyn.engine.laws.law import Law
 from warpdyn.foundations.core.near_misses import with_suggestions
+from warpdyn.model.structures.builders.built_structure import BuiltStructure
 from warpdyn.model.structures.builders.gravity import geometric_stiffness
 from warpdyn.model.structures.builders.storey_springs import (
     axial_forces,
@@ -15,11 +16,11 @@ from warpdyn.model.structures.builders.storey_springs import (
     storey_values,
 )
 from warpdyn.model.structures.lumped.sticks import Stick, lumped_stick, stick_of_period
-from warpdyn.model.structures.lumped.structure import MOST_DOFS, LumpedStructure
+from warpdyn.model.structures.lumped.structure import MOST_DOFS
 
 
 @with_suggestions
-class FlexuralShearBuilding(LumpedStructure):
+class FlexuralShearBuilding(BuiltStructure):
     """A wall-frame or high-rise building: bending and shear stiffness in parallel, with one displacement per floor.
 
     Each storey has a beam with the bending stiffness EI (the walls) and a shear spring GA / h between the displacements

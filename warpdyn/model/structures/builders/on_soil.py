@@ -102,7 +102,7 @@ def foundation_springs(
         >>> soil = wd.Soil(poisson_ratio=0.35, density=1800.0, shear_modulus=40e6)
         >>> springs = wd.foundation_springs(building, wd.RectangularFooting(10.0, 6.0), soil)
         >>> f"{springs.sway_stiffness:.4g} N/m, {springs.rocking_stiffness:.4g} N m"
-        '1.805e+09 N/m, 7.702e+10 N m'
+        '1.805e+09 N/m, 7.756e+10 N m'
     """
     check_footing("foundation_springs", footing, soil)
     one_of("direction", direction, MODES)

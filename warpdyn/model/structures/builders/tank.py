@@ -6,13 +6,13 @@ import numpy as np
 
 from warpdyn.foundations.core.checks import check_kind, real_number
 from warpdyn.foundations.core.near_misses import with_suggestions
+from warpdyn.model.structures.builders.built_structure import BuiltStructure
 from warpdyn.model.structures.lumped.spring import Spring
-from warpdyn.model.structures.lumped.structure import LumpedStructure
 from warpdyn.model.structures.lumped.tanks import TankModel
 
 
 @with_suggestions
-class HousnerTank(LumpedStructure):
+class HousnerTank(BuiltStructure):
     """A tank on rigid ground: an impulsive mass that moves with the wall, and a sloshing (convective) mass.
 
     Degrees of freedom: "impulsive" and "convective" [m], relative to the ground; springs have the same names. Outputs

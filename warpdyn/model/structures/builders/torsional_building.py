@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -19,6 +20,7 @@ from warpdyn.model.structures.builders.storey_springs import (
     storey_values,
 )
 from warpdyn.model.structures.lumped.matrices import Values
+from warpdyn.model.structures.lumped.spring import Spring
 from warpdyn.model.structures.lumped.structure import MOST_DOFS, LumpedStructure
 from warpdyn.model.structures.lumped.torsion import torsional_matrices
 
@@ -168,8 +170,7 @@ class TorsionalBuilding(LumpedStructure):
         except ValueError as error:
             raise ValueError(_with_names(str(error), frames)) from None
         names = matrices.names
-        self.plan = finite_numbers("plan", plan)
-        self.mass_centres = _centres(matrices.mass)
+        ends, centres = finite_numbers("plan", plan), _centres(matrices.mass)
         springs = []
         for place, frame in enumerate(frames):
             where = f"frame {frame.name!r}"
@@ -179,18 +180,40 @@ class TorsionalBuilding(LumpedStructure):
             of_frame = [f"{frame.name} {storey + 1}" for storey in range(floors)]
             springs += storey_springs(where, of_frame, directions, stiffness, frame.law, frame.parameters)
         of_centre = matrices.mass.diagonal().copy()
-        of_centre[2::3] -= masses * (self.mass_centres**2).sum(axis=1)
-        super().__init__(
+        of_centre[2::3] -= masses * (centres**2).sum(axis=1)
+        self._set_up(
             dict(zip(names, of_centre, strict=True)),
             springs,
+            plan=ends,
+            mass_centres=centres,
             influence=[_as_coefficients(matrices.influence[:, each], names) for each in BASE_MOTIONS[base_motion]],
             geometric_stiffness=_geometric_stiffness(matrices.mass, masses, storey_height, gravity_load),
             damping_matrix=damping_matrix,
-            outputs=_edge_drifts(self.plan, floors),
+            outputs=_edge_drifts(ends, floors),
             damping=damping,
             damping_ratio=damping_ratio,
             damping_modes=damping_modes,
         )
+
+    @classmethod
+    def of_parts(cls, mass: Mapping[str, float], springs: Sequence[Spring], **arguments: Any) -> TorsionalBuilding:
+        """Return a building from its springs, its plan and the centres of mass of its floors, as in its JSON."""
+        building = cls.__new__(cls)
+        building._set_up(mass, springs, **arguments)
+        return building
+
+    def _set_up(
+        self,
+        mass: Mapping[str, float],
+        springs: Sequence[Spring],
+        *,
+        plan: np.ndarray,
+        mass_centres: np.ndarray,
+        **arguments: Any,
+    ) -> None:
+        """Set all attributes; masses are those about the centres of mass."""
+        self.plan, self.mass_centres = plan, mass_centres
+        super().__init__(mass, springs, **arguments)
         shifts = {
             name: Parameter("m", f"{name[-1]} of the centres of mass, from their nominal position")
             for name in ECCENTRICITIES
@@ -224,6 +247,10 @@ class TorsionalBuilding(LumpedStructure):
                     f"{least:g} to {most:g} m, such as wd.RandomValue(wd.Uniform({least:g}, {most:g}))"
                 )
         return super().problem({name: each for name, each in values.items() if name not in ECCENTRICITIES})
+
+    def chosen(self) -> dict[str, Any]:
+        """Return names, springs, matrices, outputs, damping, plan and centres of mass, for the structure's JSON."""
+        return {**super().chosen(), "plan": self.plan.tolist(), "mass_centres": self.mass_centres.tolist()}
 
     def is_by_storey(self, name: str) -> bool:
         """Return whether a parameter has one value per spring or degree of freedom."""

@@ -5,12 +5,12 @@ from __future__ import annotations
 from warpdyn.engine.laws.law import Law
 from warpdyn.foundations.core.checks import real_number
 from warpdyn.foundations.core.near_misses import with_suggestions
+from warpdyn.model.structures.builders.built_structure import BuiltStructure
 from warpdyn.model.structures.lumped.spring import Spring
-from warpdyn.model.structures.lumped.structure import LumpedStructure
 
 
 @with_suggestions
-class QuarterCar(LumpedStructure):
+class QuarterCar(BuiltStructure):
     """A quarter of a car: body and wheel, connected by a suspension, on a tyre without damping.
 
     Degrees of freedom: "body" and "wheel" [m], relative to the road below the wheel, upwards. Springs: "suspension" and
@@ -72,7 +72,7 @@ class QuarterCar(LumpedStructure):
 
 
 @with_suggestions
-class HalfCar(LumpedStructure):
+class HalfCar(BuiltStructure):
     """Half a car, front and rear axle: bounce and pitch of the body, and the two wheels, on tyres without damping.
 
     Degrees of freedom, relative to the road and upwards: "bounce" of the centre of mass [m], "pitch" [rad] (positive
@@ -160,9 +160,8 @@ def _pair(what: str, given: object, units: str, *, least: float | None = None) -
     """Return the values of front and rear axle."""
     if not isinstance(given, list | tuple) or len(given) != 2:
         raise ValueError(f"{what} must be two values in {units}, for the front and the rear axle, got {given!r}")
-    bound = {"above": 0.0} if least is None else {"least": least}
     front, rear = (
-        real_number(f"{what} of the {axle} axle [{units}]", value, **bound)
+        real_number(f"{what} of the {axle} axle [{units}]", value, least=least, above=0.0 if least is None else None)
         for axle, value in zip(("front", "rear"), given, strict=True)
     )
     return front, rear
