@@ -104,12 +104,42 @@ from .model.ground_motions.measures.pairs import (
 )
 from .model.ground_motions.motions import GroundMotion as GroundMotion
 from .model.ground_motions.motions_at_sites import MotionsAtSites as MotionsAtSites
+from .model.ground_motions.pairs_of_motions import PairOfMotions as PairOfMotions
 from .model.ground_motions.response_spectra import response_spectra as response_spectra
+from .model.ground_motions.roads.profiles import RandomRoad as RandomRoad, RoadBump as RoadBump, SineRoad as SineRoad
 from .model.scene.distributions import Lognormal as Lognormal, Normal as Normal, Uniform as Uniform
 from .model.scene.portfolio import Archetype as Archetype, Portfolio as Portfolio
 from .model.scene.scatter import GivenValues as GivenValues, RandomFactor as RandomFactor, RandomValue as RandomValue
 from .model.scene.scene import Scene as Scene
+from .model.structures.builders.attachments import (
+    with_absorber as with_absorber,
+    with_equipment as with_equipment,
+)
+from .model.structures.builders.chains import lumped_chain as lumped_chain
+from .model.structures.builders.flexural_shear_building import FlexuralShearBuilding as FlexuralShearBuilding
+from .model.structures.builders.gravity import (
+    buckling_factors as buckling_factors,
+    geometric_stiffness as geometric_stiffness,
+)
+from .model.structures.builders.on_soil import (
+    FoundationSprings as FoundationSprings,
+    foundation_springs as foundation_springs,
+    structure_on_soil as structure_on_soil,
+)
+from .model.structures.builders.tank import HousnerTank as HousnerTank
+from .model.structures.builders.torsional_building import (
+    PlanFrame as PlanFrame,
+    TorsionalBuilding as TorsionalBuilding,
+)
+from .model.structures.builders.vehicles import HalfCar as HalfCar, QuarterCar as QuarterCar
 from .model.structures.hazus import hazus_drift_limits as hazus_drift_limits
+from .model.structures.lumped.foundations.footing import RectangularFooting as RectangularFooting, Soil as Soil
+from .model.structures.lumped.spring import Spring as Spring
+from .model.structures.lumped.structure import LumpedStructure as LumpedStructure
+from .model.structures.lumped.tanks import (
+    housner_cylinder as housner_cylinder,
+    housner_rectangle as housner_rectangle,
+)
 from .model.structures.modal import modal_table as modal_table
 from .model.structures.shear_building import LinearSystem as LinearSystem, ShearBuilding as ShearBuilding
 

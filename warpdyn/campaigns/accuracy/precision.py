@@ -41,7 +41,7 @@ def beyond_float32(run: Ensemble, samples: np.ndarray, outputs: Arrays) -> np.nd
         return ended
     weaker = np.fmin(parameters["yield_force"], parameters.get("yield_force_negative", np.inf))
     least = np.nanmin(weaker / parameters["stiffness"], axis=1)[rows[1]]
-    far = outputs["peak_storey_drift"].astype(np.float64).sum(axis=0) > MOST_YIELD_DRIFTS * least
+    far = outputs[run.model.dynamics.peak[0]].astype(np.float64).sum(axis=0) > MOST_YIELD_DRIFTS * least
     return far & ended
 
 

@@ -70,7 +70,7 @@ def sensitive_samples(run: Ensemble, samples: np.ndarray, outputs: Arrays) -> np
     linear = outputs["status"] == 0
     if limits and run.scene.record_from == 0:
         least = LINEAR_UNTIL * np.fmin.reduce(limits)[of_sample].T
-        linear &= ~(outputs["peak_storey_drift"] > least).any(axis=0)
+        linear &= ~(outputs[run.model.dynamics.peak[0]] > least).any(axis=0)
     else:
         linear[:] = False
     return ~linear & (outputs["status"] < DIVERGED)
@@ -101,7 +101,7 @@ def reliability(
     part = run.select(samples[chosen])  # select once, because the host may have to prepare these samples
     for finer, factor in OTHER_RUNS:
         again = _run_again(part, finer, factor)
-        is_far = _largest_change(outputs, chosen, again) > LARGEST_CHANGE
+        is_far = _largest_change(run.model.dynamics.peak[0], outputs, chosen, again) > LARGEST_CHANGE
         flags[chosen[is_far]] = YES
         chosen = chosen[~is_far]
         if not chosen.size:
@@ -137,18 +137,16 @@ def _run_again(run: Ensemble, finer: int, factor: float) -> Arrays:
     return outputs
 
 
-def _largest_change(outputs: Arrays, chosen: np.ndarray, again: Arrays) -> np.ndarray:
-    """Return the largest relative change of a storey's peak drift [1], shape [sample]; infinite if a rerun failed.
+def _largest_change(name: str, outputs: Arrays, chosen: np.ndarray, again: Arrays) -> np.ndarray:
+    """Return the largest relative change of a peak [1], shape [sample]; infinite if a rerun failed.
 
     Args:
+        name: Name of the peak, such as "peak_storey_drift".
         outputs: Outputs of all samples by name; the last dimension is the sample.
         chosen: Indices of the samples that were run again.
         again: Outputs of the chosen samples in the second run.
     """
-    peak, other = (
-        np.abs(each.astype(np.float64))
-        for each in (outputs["peak_storey_drift"][:, chosen], again["peak_storey_drift"])
-    )
+    peak, other = (np.abs(each.astype(np.float64)) for each in (outputs[name][:, chosen], again[name]))
     largest = peak.max(axis=0)
     # The peaks of a collapsed sample end when one storey exceeds its limit, so the peaks of its other storeys depend on
     # the time of collapse: compare their changes with the largest peak.

@@ -29,7 +29,7 @@ ATTRIBUTES: dict[str, dict[str, object]] = {
         "flag_meanings": "unknown no yes",
     },
 }
-PEAKS = ("peak_storey_drift", "peak_displacement")
+PEAKS = ("peak_storey_drift", "peak_spring_deformation", "peak_displacement")
 
 
 def fill_sample_errors(

@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from warpdyn.engine.kernels.lumped.pattern import Pattern
 from warpdyn.engine.laws.springs import StoreyRules
 from warpdyn.engine.methods.table import Method, StoreyForces
 from warpdyn.foundations.core.thread_pool import STRUCTURES_AT_A_TIME, in_parts
@@ -83,6 +84,8 @@ class Dynamics(ABC):
         steps_modes: Whether implicit methods integrate modes instead of degrees of freedom.
         histories: Names of the variables in whole histories.
         is_packed_in_parts: Whether the kernel's arrays can be computed for some structures at a time.
+        peak: Name of the peaks that decide whether a sample is reliable, and of their recorder.
+        pattern: The entries of the matrices of lumped structures that are not 0; None for other families.
     """
 
     law: StoreyRules
@@ -98,6 +101,8 @@ class Dynamics(ABC):
     steps_modes: bool
     histories: tuple[str, ...]
     is_packed_in_parts: bool = True
+    peak: tuple[str, str] = ("peak_storey_drift", "drift")
+    pattern: Pattern | None = None
 
     @abstractmethod
     def __init__(self, structure: Structure, representative: Mapping[str, np.ndarray]) -> None:

@@ -11,6 +11,7 @@ import numpy as np
 from warpdyn.campaigns.integration.chain import ChainDynamics
 from warpdyn.campaigns.integration.dense import DenseDynamics
 from warpdyn.campaigns.integration.dynamics import Arrays, Dynamics, Vibration
+from warpdyn.campaigns.integration.lumped.dynamics import LumpedDynamics
 from warpdyn.campaigns.integration.settings import Integration
 from warpdyn.engine.kernels import arguments
 from warpdyn.engine.kernels.auxiliary.interpolation import interpolated
@@ -28,7 +29,11 @@ from warpdyn.model.ground_motions.excitation import Assignment, Timeline
 from warpdyn.model.scene.scene import Scene
 
 MOST_VALUES = 2**28  # most values of interpolated motions on a GPU: 1 GiB in float32
-FAMILIES: dict[str, type[Dynamics]] = {"chain": ChainDynamics, "dense": DenseDynamics}
+FAMILIES: dict[str, type[Dynamics]] = {
+    "chain": ChainDynamics,
+    "lumped": LumpedDynamics,
+    "dense": DenseDynamics,
+}
 
 
 def dynamics_of(scene: Scene) -> Dynamics:
@@ -54,7 +59,7 @@ def plan_of(scene: Scene, dynamics: Dynamics, method: str, dtype: str, *, is_gpu
     is_exact = METHODS[method].kind == "exact"
     of_modes = "general" if dynamics.couples_modes else "classical"
     # Peak drifts decide which samples are run again in float64, and which are run again to check their reliability.
-    judging = {"drift"} if dynamics.counts_reversals or dynamics.is_sensitive else set()
+    judging = {dynamics.peak[1]} if dynamics.counts_reversals or dynamics.is_sensitive else set()
     plan = Plan(
         family=scene.structure.family,
         dofs=scene.structure.dofs,
@@ -70,6 +75,7 @@ def plan_of(scene: Scene, dynamics: Dynamics, method: str, dtype: str, *, is_gpu
         has_drift_capacity=dynamics.has_drift_capacity,
         starts_displaced=not scene.structure.forgets and bool(np.any(scene.excitation.start[0])),
         records_late=scene.record_from > 0,
+        pattern=dynamics.pattern,
     )
     return fitted(plan, is_gpu)
 
@@ -177,13 +183,13 @@ class Model:
 
     @cached_property
     def shapes(self) -> dict[str, tuple[int, ...]]:
-        """Shape of one sample's value of each output; every dimension has the number of degrees of freedom as length.
+        """Shapes of one sample's outputs by name.
 
         Some outputs are not in the dataset: peak drifts that are needed for the status of a sample, and the final state
         of a sample.
         """
         outputs = self._recorded(self.plan.recorders)
-        shapes = {name: (self.plan.dofs,) * len(v.dims) for name, v in outputs.items()} | {"status": ()}
+        shapes = {name: tuple(map(self.plan.length, v.dims)) for name, v in outputs.items()} | {"status": ()}
         if STATE in self.plan.recorders:
             values = {"displacement": 1, "velocity": 1, "memory": spring_row(self.plan.law).memory}
             shapes |= {f"final_{name}": (self.plan.dofs * count,) for name, count in values.items() if count}

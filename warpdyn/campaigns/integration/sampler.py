@@ -114,7 +114,7 @@ class Sampler:
             normals = self._normals(structures[part], None if points is None else points[part])
             row = 0
             for name, spread in self.scatter.items():
-                count = spread.variables(self.structure.dofs)
+                count = spread.variables(self.structure.length_of(name))
                 values = combined(nominal[name], spread, normals[row : row + count], structures[part])
                 drawn[name][part] = values.T
                 row += count
@@ -125,19 +125,22 @@ class Sampler:
 
     def _check(self, drawn: dict[str, np.ndarray], structures: np.ndarray, is_all: bool) -> None:
         """Raise a ValueError if a value is out of the bounds of its parameter, or if values contradict each other."""
-        axes, nominal = ("structure", "storey"), self.structure.nominal_values
+        nominal = self.structure.nominal_values
         for name, values in drawn.items():
+            axes = ("structure", self.structure.dim_of(name))
             parameter = self.structure.parameter_table[name]
             taken = storeys_with(nominal[name])
             is_given = isinstance(self.scatter[name], GivenValues)
             what = f"the given {name}" if is_given else f"the drawn {name}"
-            problem = parameter.first_violation(what, values, axes[: values.ndim], structures, taken)
+            problem = parameter.first_violation(
+                what, values, axes[: values.ndim], structures, taken, self.structure.names_along(axes[1])
+            )
             if problem:
                 raise ValueError(f"{problem}; {'correct its GivenValues' if is_given else REMEDY}")
         if not is_all:
             return
         everything = {**self.structure.parameters, **drawn}
-        problem = self.structure.storey_law.problem(everything) or physics_problem(everything)
+        problem = self.structure.problem(everything) or physics_problem(everything)
         if problem:
             shifted = f" (structure 0 of this message is structure {structures[0]})" if structures[0] else ""
             raise ValueError(f"drawn{shifted}: {problem}; {REMEDY_OF_COMBINATIONS}")

@@ -35,7 +35,7 @@ def traced_structures(run: Run) -> StructurePreparation:
     place = 0
     with conditions() as refused:
         for name, spread in sampler.scatter.items():
-            count = spread.variables(structure.dofs)
+            count = spread.variables(structure.length_of(name))
             if isinstance(spread, GivenValues):
                 values: Any = spread.placed(_given(len(listed), spread.values), nominal[name])
                 listed.append(np.asarray(spread.values, dtype=np.float64))

@@ -141,7 +141,8 @@ class KeptHistories:
                 joined[name][samples, : values[name].shape[1]] = values[name]
             joined[name][self._status >= DIVERGED] = np.nan
         time = np.arange(max(counts.values())) * self.histories.every * self.longest_step
-        return history_variables(self.histories.samples, time, joined)
+        numbered = self.part.scene.structure.numbered(self.part.scene.recorders)
+        return history_variables(self.histories.samples, time, joined, numbered)
 
     def _groups(self) -> Iterator[tuple[np.ndarray, float]]:
         """Yield groups of histories that are integrated together, as (positions in `samples`, step of the states [s]).

@@ -18,7 +18,7 @@ from warpdyn.campaigns.integration.run import Run
 from warpdyn.campaigns.preparation.inputs import Inputs
 from warpdyn.campaigns.running.selections import OF_EVENTS
 from warpdyn.engine.kernels.arguments import output_dtype
-from warpdyn.engine.kernels.output_table import HISTORY
+from warpdyn.engine.kernels.output_table import HISTORY, OF_SPRINGS
 from warpdyn.engine.kernels.queues import device_names
 from warpdyn.foundations.core.output_variables import (
     DRIFT_RATIO,
@@ -34,6 +34,7 @@ from warpdyn.foundations.files.netcdf import trace
 from warpdyn.foundations.files.template import Template
 from warpdyn.model.ground_motions.excitation import Assignment
 from warpdyn.model.ground_motions.motions import GroundMotion, motion_names, motion_numbers
+from warpdyn.model.ground_motions.pairs_of_motions import PairOfMotions
 from warpdyn.model.scene.scene import Scene
 
 BECAUSE = "method_chosen_because"  # attribute of a run: the reason why its method is the default
@@ -98,7 +99,7 @@ def columns_of(model: Model, keep_inputs: bool) -> dict[str, Column]:
     for name in scene.scatter if keep_inputs else ():
         parameter = structure.parameter_table[name]
         attributes = {"long_name": parameter.long_name, "units": parameter.units}
-        dims = ("storey",) if structure.is_by_storey(name) else ()
+        dims = (structure.dim_of(name),) if structure.is_by_storey(name) else ()
         columns[structure.input_name(name)] = Column(dims, real, attributes)
     sample = {"standard_name": "realization", "long_name": "sample", "units": "1"}
     of_structure = {"long_name": "index of the drawn structure", "units": "1", "sampling": scene.sampling_of_structures}
@@ -176,7 +177,7 @@ def _by_event(scene: Scene, columns: dict[str, Column]) -> dict[str, Column]:
 def lengths(model: Model, column: Column) -> tuple[int, ...]:
     """Return the lengths of a column's dimensions in addition to `sample`."""
     events = len(model.scene.excitation.event_names)
-    return tuple(events if dim == "event" else model.plan.dofs for dim in column.dims)
+    return tuple(events if dim == "event" else model.plan.length(dim) for dim in column.dims)
 
 
 def fill_inputs(known: Ensemble | Inputs, rows: Arrays, map_function: MapFunction = map) -> None:
@@ -302,29 +303,35 @@ def _motion_table(scene: Scene) -> dict[str, tuple]:
         "motion_name": motion_names(motions),
         "motion_step": ("motion", steps, {"long_name": "sampling step of the motion", "units": "s"}),
     }
-    recorded = [motion.peak_ground_acceleration for motion in motions if isinstance(motion, GroundMotion)]
+    recorded = [
+        motion.peak_ground_acceleration for motion in motions if isinstance(motion, GroundMotion | PairOfMotions)
+    ]
     if len(recorded) == len(motions):
         said = {"long_name": "peak ground acceleration of the motion as recorded", "units": "m s-2"}
         table["motion_peak_acceleration"] = "motion", np.array(recorded), said
     return table
 
 
-def history_variables(samples: Sequence[int], time: np.ndarray, values: dict[str, np.ndarray]) -> xr.Dataset:
+def history_variables(
+    samples: Sequence[int], time: np.ndarray, values: dict[str, np.ndarray], numbered: Mapping[str, tuple]
+) -> xr.Dataset:
     """Return whole histories as a dataset along `history`, `time` and `dof` (or `storey`); NaN after a history's end.
 
     Args:
         samples: Index of the sample of each history.
         time: Times of the returned states [s].
         values: Histories by name, shape [history, time, dof].
+        numbered: Coordinates of the structure: with names of degrees of freedom and springs, if it has such names.
     """
     variables = {}
+    known = HISTORY | OF_SPRINGS
     numbers = np.arange(1, next(iter(values.values())).shape[2] + 1, dtype=np.int32)
     for name, array in values.items():
-        attributes = {"long_name": HISTORY[name].long_name, "units": HISTORY[name].units}
-        variables[name] = (("history", "time", *HISTORY[name].dims), array, attributes)
+        attributes = {"long_name": known[name].long_name, "units": known[name].units}
+        variables[name] = (("history", "time", *known[name].dims), array, attributes)
     coordinates = {
         "time": ("time", time, {"standard_name": "time", "long_name": "time", "units": "s"}),
-        "dof": ("dof", numbers, {"long_name": "degree of freedom", "units": "1"}),
+        "dof": numbered.get("dof", ("dof", numbers, {"long_name": "degree of freedom", "units": "1"})),
         "history_sample": (
             "history",
             np.array(samples, dtype=np.int32),

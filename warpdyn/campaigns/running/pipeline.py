@@ -145,7 +145,7 @@ class Pipeline:
         self._arriving: set[str] | None = None
         if table.reduces:
             judges = may_need_float64(run.model) or self._checks
-            judging = {"peak_storey_drift"} if judges else set()
+            judging = {run.model.dynamics.peak[0]} if judges else set()
             self._arriving = {"status", "energy_balance_error", *judging}
         # Columns of the dataset with the dimension `event`, here without this dimension: one event is filled at a time.
         self.several = len(findings) > 1

@@ -18,6 +18,7 @@ from warpdyn.engine.kernels.parts import straight_branches
 from warpdyn.engine.kernels.plan import Plan, keeps_drifts, keeps_slopes, options, values_held
 from warpdyn.engine.kernels.skeletons.dense import integrate_dense
 from warpdyn.engine.kernels.skeletons.explicit_chain import integrate_chain
+from warpdyn.engine.kernels.skeletons.explicit_lumped import integrate_lumped
 from warpdyn.engine.kernels.skeletons.implicit_chain import integrate_implicit_chain
 from warpdyn.engine.kernels.skeletons.propagated import advance_linear
 from warpdyn.engine.laws.spring import Spring
@@ -29,6 +30,7 @@ SKELETONS = {
     ("chain", "explicit"): integrate_chain,
     ("chain", "implicit"): integrate_implicit_chain,
     ("chain", "exact"): advance_linear,
+    ("lumped", "explicit"): integrate_lumped,
     ("dense", "explicit"): integrate_dense,
     ("dense", "implicit"): advance_linear,
     ("dense", "exact"): advance_linear,
@@ -70,6 +72,7 @@ REGISTERS_OF_A_SIMPLE_LAW = 264
 # Above this size the n x n loops of the dense kernel would take 30 s and more to compile for a GPU. On a processor
 # loops that are not unrolled run 1/4 faster to 1/3 slower, and compile in 0.5 s instead of up to 4 s.
 GPU_UNROLLED_MATRIX = 8
+UNROLLED_SPRINGS = 16  # largest number of springs and degrees of freedom for which a GPU's loops are unrolled
 UNROLLED_SLOPES = 40  # methods that keep all slopes: largest storeys times stages for which loops are unrolled
 # If the GPU's compiler knows the number of threads per block, it uses more registers and waits less: from 3 storeys on
 # kernels run 2 to 6 % faster. Below 3 storeys they lose as much, because registers then limit how many threads run.
@@ -83,6 +86,8 @@ def fitted(plan: Plan, is_gpu: bool) -> Plan:
     number of threads that share the storeys of a sample (sections).
     """
     row = METHODS[plan.method]
+    if plan.pattern is not None:
+        return _fitted_lumped(plan, is_gpu)
     lanes, unroll, sections = (GPU_LANES, GPU_UNROLL, 1) if is_gpu else (CPU_LANES, CPU_UNROLL, 1)
     if plan.family == "dense" or SKELETONS[plan.family, row.kind] is advance_linear:
         unrolls = is_gpu and plan.dofs <= GPU_UNROLLED_MATRIX
@@ -110,6 +115,16 @@ def fitted(plan: Plan, is_gpu: bool) -> Plan:
                 lanes = CPU_LANES if is_wide else CPU_LONG_LANES
                 unroll = CPU_WIDE_UNROLL if is_wide and plan.dofs <= CPU_WIDE_UNROLL else CPU_LONG_UNROLL
     return replace(plan, lanes=lanes, max_unroll=unroll if unrolls else 1, sections=sections)
+
+
+def _fitted_lumped(plan: Plan, is_gpu: bool) -> Plan:
+    """Return the plan of a lumped structure with the number of lanes and the unrolling for a CPU or a GPU."""
+    largest = max(plan.dofs, plan.springs_of_thread)
+    if is_gpu:
+        return replace(plan, lanes=GPU_LANES, max_unroll=GPU_UNROLL if largest <= UNROLLED_SPRINGS else 1)
+    is_small = largest <= LONG_CHAIN
+    lanes = CPU_LANES if is_small or plan.dtype == "float32" else CPU_LONG_LANES
+    return replace(plan, lanes=lanes, max_unroll=CPU_UNROLL if is_small else CPU_LONG_UNROLL)
 
 
 def undivided(plan: Plan) -> Plan:

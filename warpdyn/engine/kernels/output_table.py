@@ -6,7 +6,7 @@ step, not between steps. Forces and accelerations satisfy the equation of motion
 
 from __future__ import annotations
 
-from warpdyn.engine.kernels.recorders.history import HISTORY as HISTORY
+from warpdyn.engine.kernels.recorders.history import HISTORY as HISTORY, OF_SPRINGS as OF_SPRINGS
 from warpdyn.engine.kernels.recorders.steps import ADAPTIVE
 from warpdyn.engine.kernels.registry import recorders
 from warpdyn.foundations.core.output_variables import Variable
@@ -23,6 +23,18 @@ COLLAPSE = {
         (), "1", "storey that collapsed first, counted from 1; -1 where none did", is_demand=False, is_whole=True
     ),
 }
+COLLAPSE_OF_SPRINGS = {  # `lumped/spring_collapse.py`
+    "time_of_collapse": Variable(
+        (), "s", "time at which the deformation of a spring passed its capacity", is_demand=False
+    ),
+    "spring_of_collapse": Variable(
+        (),
+        "1",
+        "index along spring of the spring that passed its capacity first; -1 where none did",
+        is_demand=False,
+        is_whole=True,
+    ),
+}
 # The recorder of the final state, with which the next event of a sequence starts; the dataset does not contain it.
 STATE = "state"
 
@@ -37,4 +49,5 @@ def recorded(family: str, recorders: tuple[str, ...], *, is_adaptive: bool, coll
     variables = {
         name: variable for row in recorders if row != STATE for name, variable in RECORDERS[family][row].items()
     }
-    return variables | (COLLAPSE if collapses else {}) | (ADAPTIVE if is_adaptive else {})
+    of_collapse = COLLAPSE_OF_SPRINGS if family == "lumped" else COLLAPSE
+    return variables | (of_collapse if collapses else {}) | (ADAPTIVE if is_adaptive else {})

@@ -13,6 +13,7 @@ import warp as wp
 
 from warpdyn.engine.device.processor import FEWEST_LANES, module_options
 from warpdyn.engine.kernels.composing.user_recorders import Recorder, users_of_variables
+from warpdyn.engine.kernels.lumped.pattern import Pattern
 from warpdyn.engine.kernels.registry import fields, parts_in
 from warpdyn.engine.laws.rate_law import POWERS
 from warpdyn.engine.laws.springs import StoreyRules, is_mixed, spring_row
@@ -29,7 +30,8 @@ class Plan:
     """All properties of a run that decide the source of its kernel; each distinct plan has one kernel.
 
     Args:
-        family: "chain" (storeys in series) or "dense" (full matrices).
+        family: "chain" (storeys in series), "lumped" (springs between any degrees of freedom) or "dense" (full
+            matrices).
         dofs: Number of degrees of freedom.
         law: Device functions of the storeys (elastic for the dense family).
         damping: "none", "storey", "rayleigh", "rayleigh_tangent", "mass_proportional" or "modal" (chain); "matrix"
@@ -51,6 +53,7 @@ class Plan:
         undivided: Whether the motions contain one value for each integration step (see `Model.launched`).
         starts_displaced: Whether yielding storeys start at an initial drift, to which they are pushed slowly from rest.
         records_late: Whether peaks are recorded only after a later time than the start of the run (`record_from`).
+        pattern: The entries of the matrices of a lumped structure that are not 0; None for other families.
     """
 
     family: str
@@ -72,6 +75,7 @@ class Plan:
     undivided: bool = False
     starts_displaced: bool = False
     records_late: bool = False
+    pattern: Pattern | None = None
 
     @property
     def kind(self) -> str:
@@ -83,11 +87,22 @@ class Plan:
         """Number of storeys per thread; the last threads of a chain may have extra storeys without mass (padding)."""
         return -(-self.dofs // self.sections)
 
+    @property
+    def springs_of_thread(self) -> int:
+        """Number of springs per thread: of a chain, one in each storey."""
+        return self.storeys_of_thread if self.pattern is None else self.pattern.springs
+
+    def length(self, dim: str) -> int:
+        """Return the length of a dimension of the outputs, such as "storey" or "spring"."""
+        if self.pattern is None:
+            return self.dofs
+        return {"spring": self.pattern.springs, "output": len(self.pattern.output.rows)}.get(dim, self.dofs)
+
 
 def options(plan: Plan) -> dict[str, object]:
     """Return the options of the Warp module that contains the kernel of a plan, such as the compiler flags."""
     law, method = spring_row(plan.law), METHODS[plan.method]
-    in_registers = plan.family == "chain" and method.kind == "explicit" and not keeps_slopes(method)
+    in_registers = plan.family != "dense" and method.kind == "explicit" and not keeps_slopes(method)
     # Loops over a law's many values must be unrolled; otherwise LLVM does not vectorise the lane loops around them.
     has_few_values = max(law.memory, law.coefficients) < FEWEST_LANES
     is_small = has_few_values and plan.damping != "modal"
@@ -188,7 +203,8 @@ def settling_limit(plan: Plan) -> float:
 
 
 # Folder of a part -> category in `values_held`.
-HELD = {"loads": "state", "dampings": "structure", "parts": "structure", "stepping": "method", "recorders": "recorders"}
+HELD = {"loads": "state", "dampings": "structure", "parts": "structure", "lumped": "structure"}
+HELD |= {"stepping": "method", "recorders": "recorders"}
 
 
 def values_held(plan: Plan) -> dict[str, int]:
@@ -201,7 +217,12 @@ def values_held(plan: Plan) -> dict[str, int]:
     held = {"state": (2 + spring.memory) * n, "structure": 0, "method": 0, "recorders": 0}
     # If the stages of a method change the memory, the kernel keeps working copies of each memory value.
     moving = 2 + (spring.memory if spring.rate is not None else min(1, spring.memory))
-    if kind == "exact":
+    if plan.pattern is not None:
+        springs = plan.pattern.springs
+        held["state"] = 2 * n + spring.memory * springs
+        held["structure"] = spring.coefficients * springs + plan.pattern.values
+        held["method"] = 4 * n + 3 * springs
+    elif kind == "exact":
         size = 2 * n
         held["structure"] = {"classical": n * n + 8 * n, "general": size * size + 4 * n}[plan.damping]
         held["method"] = size

@@ -16,6 +16,8 @@ INDICES = {
     "lane": ("j",),
     "storey": ("i", "g"),
     "storey, lane": ("i", "g", "j"),
+    "spring": ("i",),
+    "spring, lane": ("i", "j"),
     "row, lane": ("i", "j"),
     "entry, lane": ("i", "k", "j"),
     "mode, lane": ("m", "j"),
@@ -74,6 +76,12 @@ COMMON = {
     "vn": "[storey, lane] sum of the slopes, then the next velocity",
     "zn": "[storey x value, lane] sum of the slopes, then the next memory",
     "x": "[2 x mode, lane] modal displacements and velocities (skeleton propagated)",
+    "deformation": "[spring, lane] deformation of this stage, or of the accepted state [m] (lumped structures)",
+    "deformation_rate": "[spring, lane] its rate [m/s]",
+    "ground": "[component, lane] base acceleration of this stage [m/s2] (lumped structures, several components)",
+    "spring_force": "[spring, lane] force of this stage, with that of its dashpot [N] (lumped structures)",
+    "applied": "[dof, lane] forces on the degrees of freedom [N] (lumped structures)",
+    "terms": "[value, lane] values of the matrices' entries that are not 0 (lumped structures)",
     "section": "index of the thread among the threads of a sample",
     "lowest": "index of the lowest storey of the section",
     "foot_u": "[lane] displacement of the floor below the section",
@@ -107,6 +115,9 @@ GROUPS: dict[str, dict[str, Slot]] = {
         ),
         "read_entry": _slot("entry, lane", "Read an entry of full matrices.", "s of_mass"),
         "start_row": _slot("row, lane", "Read a row of full matrices."),
+        "read_spring": _slot(
+            "spring, lane", "Read values of a spring of structure s (lumped structures).", "s", "z zs"
+        ),
         "number_storey": _slot("storey", "Set g, the index of storey i in the building.", "", "g"),
         "fill_pad": _slot("storey, lane", "Set the values of a storey that pads a section.", "s", "coefficients"),
         "exchange_states": _slot("kernel", "Exchange states with the threads that share a sample.", "", "intervals"),
@@ -236,6 +247,24 @@ GROUPS: dict[str, dict[str, Slot]] = {
         "add_to_net": _slot("storey, lane", "Add forces of dampers to the ground to net.", "rate vi", "net"),
         "add_load": _slot("storey, lane", "Add loads to net, the force on the floor.", "at position load_reach", "net"),
         "keep_acceleration": _slot("storey, lane", "Keep ai, before dampers to the ground are added.", "ai"),
+        "visit_spring": _slot(
+            "spring",
+            "Evaluate the force of a spring in a stage (lumped structures).",
+            "memory c",
+            "drift rate f restoring dashpot",
+        ),
+        "push_springs": _slot(
+            "kernel",
+            "Set the memory of all springs at their initial deformation (lumped structures).",
+            "",
+            "z zs memory c",
+        ),
+        "end_spring": _slot(
+            "spring, lane", "After the force of a spring is known (lumped structures).", "rate memory c", "z zs zn"
+        ),
+        "gather_springs": _slot("kernel", "Compute the deformations of all springs (lumped structures)."),
+        "gather_forces": _slot("kernel", "Compute the accelerations by all springs and matrices (lumped structures)."),
+        "accept_springs": _slot("kernel", "Accept the memory of all springs (lumped structures).", "", "z zs zn"),
         "add_to_acceleration": _slot("storey, lane", "Add accelerations by dampers to the ground to ai.", "vi", "ai"),
         "add_base": _slot("storey, lane", "Subtract the base acceleration from ai.", "", "ai"),
         "add_base_to_net": _slot(
@@ -287,6 +316,11 @@ GROUPS: dict[str, dict[str, Slot]] = {
             "ai",
             "before_end",
         ),
+        "see_spring": _slot(
+            "spring, lane",
+            "Record the deformation (drift) of a spring or the force of its law (restoring; lumped structures).",
+            "drift restoring",
+        ),
         "see_drift": _slot("storey, lane", "Record the drift of the storey.", "drift drift_before"),
         "see_state": _slot("kernel", "After see_drift and see_forces of all storeys.", "ratio_of_storey", "live"),
         "begin_floor": _slot("row, lane", "Before the accelerations of a floor are summed up over the modes."),
@@ -335,6 +369,7 @@ GROUPS: dict[str, dict[str, Slot]] = {
             "o drift memory c",
             "rate",
         ),
+        "finish_spring": _slot("spring, lane", "Write the outputs of a spring to column o (lumped structures).", "o"),
         "add_to_total": _slot("storey, lane", "Add the state to total, which must be finite.", "", "total"),
         "after_finish": _slot("lane", "After the loop over the storeys.", "", "total"),
         "judge_demand": _slot(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -92,6 +92,7 @@ class Parameter:
         axes: tuple[str, ...],
         structures: np.ndarray | None = None,
         taken: np.ndarray | None = None,
+        names: Sequence[str] | None = None,
     ) -> str | None:
         """Return a sentence about the first value outside the bounds and its position along `axes`, or None.
 
@@ -101,6 +102,7 @@ class Parameter:
             axes: Names of the axes, such as ("structure", "storey").
             structures: Indices of the structures along the first axis; None: 0, 1, 2 ...
             taken: Mask or indices along the last axis of the storeys whose law has the parameter; None: all storeys.
+            names: Names along the second of two axes; None: storeys are counted from 1.
         """
         counted = values if taken is None else values[..., taken]
         if not self.violations(np.array([counted.min(), counted.max()])).any():  # the bounds are an interval
@@ -108,7 +110,10 @@ class Parameter:
         bad = self.violations(values) & (True if taken is None else taken)
         place = np.argwhere(bad)[0]
         index = place if structures is None else [structures[place[0]], *place[1:]]
-        where = ", ".join(f"{axis} {i + (axis == 'storey')}" for axis, i in zip(axes, index, strict=True))
+        numbers = [i + (axis == "storey") for axis, i in zip(axes, index, strict=True)]
+        if names is not None and len(axes) > 1:
+            numbers[1] = repr(names[int(index[1])])
+        where = ", ".join(f"{axis} {number}" for axis, number in zip(axes, numbers, strict=True))
         value = values[tuple(place)]
         is_percent = self.often_in_percent and structures is None and self.high < value <= 100  # not for random draws
         meant = f"; {value:g} % is {value / 100:g}" if is_percent else ""

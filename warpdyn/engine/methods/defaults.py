@@ -113,6 +113,8 @@ def default_method(
         dampings: Kinds of damping of the structure, as in the table of errors.
         is_gpu: Whether the structure is simulated on a GPU.
     """
+    if forces.is_lumped:
+        return DefaultMethod(FALLBACK, 1, "other methods were not measured with lumped structures")
     device = "cuda" if is_gpu else "cpu"
     names = forces.names
     words = " and ".join(WORDS.get(damping, damping) for damping in dampings)

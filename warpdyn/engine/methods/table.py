@@ -44,7 +44,9 @@ class StoreyForces:
         is_linear: Whether all forces are linear.
         has_rate: Whether the memory of a law follows a differential equation.
         relaxes: Whether a force changes with time at a constant drift.
-        is_chain: Whether the forces are those of storeys, and not of full matrices.
+        is_chain: Whether the forces are those of storeys, and not of full matrices or of springs between any degrees of
+            freedom.
+        is_lumped: Whether the forces are those of springs between any degrees of freedom.
     """
 
     names: tuple[str, ...] = ("elastic",)
@@ -52,6 +54,7 @@ class StoreyForces:
     has_rate: bool = False
     relaxes: bool = False
     is_chain: bool = True
+    is_lumped: bool = False
 
     def __str__(self) -> str:
         return ", ".join(self.names)
@@ -210,6 +213,7 @@ def fitting_methods(forces: StoreyForces, damping: str = "none") -> tuple[str, .
     - `central_difference_lagged` does not support rate laws: their force would lag behind the drift, which supplies
       energy to the motion.
     - Multistep methods need storey drifts; they integrate the memory of a law over the increment of the drift.
+    - Lumped structures support explicit methods with fixed steps whose velocities do not lag behind.
     - Implicit methods do not support damping proportional to the tangent stiffness, which jumps when a storey yields,
       so that a step may have no equilibrium.
     - Implicit methods integrate the memory of a law over the increment of the drift, without regard to time; they do
@@ -218,11 +222,17 @@ def fitting_methods(forces: StoreyForces, damping: str = "none") -> tuple[str, .
     unfit = set() if forces.is_linear else {"exact"}
     if forces.has_rate:
         unfit |= {name for name, method in METHODS.items() if method.kind == "explicit" and method.starts_halfway}
+    if forces.is_lumped:
+        unfit |= {name for name, method in METHODS.items() if not _fits_lumped(method)}
     if forces.relaxes or not forces.is_chain:
         unfit |= {name for name, method in METHODS.items() if isinstance(method, MultistepMethod)}
     if damping == "rayleigh_tangent" or forces.relaxes:
         unfit |= {name for name, method in METHODS.items() if method.kind == "implicit"}
     return tuple(name for name in METHODS if name not in unfit)
+
+
+def _fits_lumped(method: Method) -> bool:
+    return isinstance(method, ExplicitMethod) and not (method.is_adaptive or method.starts_halfway)
 
 
 def check_fits(method: Any, forces: StoreyForces, damping: str = "none") -> None:
@@ -231,6 +241,8 @@ def check_fits(method: Any, forces: StoreyForces, damping: str = "none") -> None
     fitting, row = fitting_methods(forces, damping), method.partition("(")[0]
     if row in fitting:
         return
+    if forces.is_lumped:
+        raise ValueError(f"method {method!r} does not support a LumpedStructure; these do: {', '.join(fitting)}")
     if row in fitting_methods(forces):
         raise ValueError(
             f"method {method!r} does not fit damping {damping!r} (a step may have no equilibrium if a storey "

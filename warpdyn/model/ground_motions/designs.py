@@ -16,9 +16,11 @@ from warpdyn.foundations.core.near_misses import with_suggestions
 from warpdyn.foundations.core.random_numbers import Purpose, uniforms
 from warpdyn.foundations.core.units import STANDARD_GRAVITY
 from warpdyn.model.ground_motions.excitation import Assignment, Excitation
+from warpdyn.model.ground_motions.intensities import intensities_of, measure_for
 from warpdyn.model.ground_motions.measures.measure import IntensityMeasure
 from warpdyn.model.ground_motions.measures.one_component import PeakGroundAcceleration
 from warpdyn.model.ground_motions.motions import GroundMotion, checked_motions, checked_sets, one_list
+from warpdyn.model.ground_motions.pairs_of_motions import PairOfMotions, components_of
 from warpdyn.model.ground_motions.plausibility import warn_of_duplicates
 from warpdyn.model.ground_motions.stripes_errors import named_in_errors
 
@@ -27,17 +29,6 @@ if TYPE_CHECKING:
 
 MOST_SHOWN = 10  # motions that the table in notebooks shows
 CROSSED = "crossed"  # value of structures_per_motion
-
-
-def intensities_of(motions: Sequence[GroundMotion], measure: IntensityMeasure) -> np.ndarray:
-    """Return the intensity of every motion [g for an acceleration, otherwise SI], shape [motion].
-
-    Raises:
-        TypeError: If `measure` is not an intensity measure.
-    """
-    if not isinstance(measure, IntensityMeasure):
-        raise TypeError(f"measure must be an IntensityMeasure, such as SpectralAcceleration(period), got {measure!r}")
-    return measure.level_values(motions)
 
 
 class Design(Excitation):
@@ -52,6 +43,11 @@ class Design(Excitation):
     def __repr__(self) -> str:
         count = len(self.motions)
         return f"{type(self).__name__}({count} {'motion' if count == 1 else 'motions'}, {self.measure.name})"
+
+    @property
+    def components(self) -> int:
+        """Number of components of each motion."""
+        return len(components_of(self.motions[0]))
 
     @property
     def intensities(self) -> np.ndarray:
@@ -129,7 +125,8 @@ class Stripes(Design):
 
     def __post_init__(self) -> None:
         given, of_levels = one_list(self.motions, self.motions_of_levels)
-        motions = checked_motions(given)
+        motions = checked_motions(given, or_pairs=True)
+        object.__setattr__(self, "measure", measure_for(motions, self.measure))
         intensities = intensities_of(motions, self.measure)
         units = self.measure.level_units
         levels = np.atleast_1d(real_numbers("levels", self.levels, units))
@@ -273,12 +270,13 @@ class Cloud(Design):
         8
     """
 
-    motions: Sequence[GroundMotion]
+    motions: Sequence[Any]  # GroundMotions, or PairOfMotions
     measure: IntensityMeasure = PeakGroundAcceleration()  # noqa: RUF009 (frozen)
     is_same_for_all = True
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "motions", checked_motions(self.motions))
+        object.__setattr__(self, "motions", checked_motions(self.motions, or_pairs=True))
+        object.__setattr__(self, "measure", measure_for(self.motions, self.measure))
         warn_of_duplicates(self.motions, is_scaled=False)
         object.__setattr__(self, "_intensities", intensities_of(self.motions, self.measure))
 
@@ -325,7 +323,8 @@ class OneMotionPerStructure(Design):
     measure: IntensityMeasure = PeakGroundAcceleration()  # noqa: RUF009 (frozen)
 
     def __post_init__(self) -> None:
-        motions = checked_motions(self.motions)
+        motions = checked_motions(self.motions, or_pairs=True)
+        object.__setattr__(self, "measure", measure_for(motions, self.measure))
         scale = real_numbers("scale", self.scale)
         if scale.ndim > 1 or not np.all(np.isfinite(scale) & (scale > 0)):
             raise ValueError(
@@ -397,4 +396,4 @@ class OneMotionPerStructure(Design):
 
 def excitation_of(given: object) -> object:
     """Return the argument `excitation` of a scene; a single ground motion is converted to a Cloud."""
-    return Cloud((given,)) if isinstance(given, GroundMotion) else given
+    return Cloud((given,)) if isinstance(given, GroundMotion | PairOfMotions) else given

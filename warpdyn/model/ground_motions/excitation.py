@@ -166,6 +166,11 @@ class Excitation:
         ]
 
     @property
+    def components(self) -> int:
+        """Number of components of the base motion; 0 for forces and initial states."""
+        return 0 if self.is_force or self.kernel_load == "free_vibration" else 1
+
+    @property
     def samples_per_structure(self) -> int:
         """Number of samples (response histories) of each structure in the last event."""
         raise NotImplementedError

@@ -129,17 +129,29 @@ class GroundMotion(FrozenArrays):
         return float(np.abs(self.acceleration).max())
 
 
-def checked_motions(motions: GroundMotion | Sequence[GroundMotion]) -> tuple[GroundMotion, ...]:
-    """Return one or several ground motions as a tuple; raise an error if an object is not a GroundMotion."""
-    if isinstance(motions, GroundMotion):
-        return (motions,)
+def checked_motions(
+    motions: GroundMotion | Sequence[GroundMotion], *, or_pairs: bool = False
+) -> tuple[GroundMotion, ...]:
+    """Return one or several ground motions as a tuple; raise an error if an object is not a GroundMotion.
+
+    Args:
+        motions: The motions.
+        or_pairs: Whether pairs of motions are allowed, too.
+    """
+    kinds: tuple[type, ...] = (GroundMotion,)
+    if or_pairs:
+        from warpdyn.model.ground_motions.pairs_of_motions import PairOfMotions  # it imports this module
+
+        kinds = (GroundMotion, PairOfMotions)
+    if isinstance(motions, kinds):
+        return (motions,)  # type: ignore[return-value] # or a pair
     if not isinstance(motions, Iterable) or isinstance(motions, str | bytes | range | np.ndarray | Mapping):
         raise TypeError(f"motions must be GroundMotions, such as [motion, motion], got {shortened(motions)}")
     motions = tuple(motions)
     if not motions:
         raise ValueError("motions is empty: give at least one GroundMotion")
     for index, motion in enumerate(motions):
-        if not isinstance(motion, GroundMotion):
+        if not isinstance(motion, kinds):
             raise TypeError(
                 f"motions[{index}] is a {type(motion).__name__}; every motion must be a GroundMotion, such as those of "
                 "wd.records.read(path)"

@@ -98,7 +98,7 @@ def warn_of_duplicates(motions: Sequence[GroundMotion], *, is_scaled: bool) -> N
     shapes: list[np.ndarray] = []
     for index, motion in enumerate(motions):
         peak = motion.peak_ground_acceleration
-        shape = motion.acceleration / peak if is_scaled and peak > 0 else motion.acceleration
+        shape = motion.values.ravel() / (peak if is_scaled and peak > 0 else 1.0)
         shapes.append(shape)
         alike.setdefault((motion.step, shape.size, int(np.abs(shape).argmax())), []).append(index)
     first_of: dict[int, int] = {}

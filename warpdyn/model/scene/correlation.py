@@ -53,12 +53,14 @@ def correlation_factor(
     parameter has a single value for the building, the given correlation applies to every storey of the other parameter.
     """
     random = {name: spread for name, spread in scatter.items() if isinstance(spread, RandomScatter)}
-    variables = [(name, i) for name, spread in random.items() for i in range(spread.variables(structure.dofs))]
+    variables = [
+        (name, i) for name, spread in random.items() for i in range(spread.variables(structure.length_of(name)))
+    ]
     matrix = np.eye(len(variables))
     for row, (p, i) in enumerate(variables):
         for column, (q, j) in enumerate(variables[:row]):
             value = 1.0 if p == q else correlation.get((p, q), correlation.get((q, p), 0.0))
-            if i != j and random[p].per == random[q].per == "storey":
+            if i != j and random[p].per == random[q].per != "building":
                 value *= np.sqrt(random[p].storey_correlation * random[q].storey_correlation)
             matrix[row, column] = matrix[column, row] = value
     if not variables:

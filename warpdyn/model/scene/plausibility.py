@@ -17,12 +17,14 @@ from warpdyn.model.ground_motions.measures.measure import IntensityMeasure
 from warpdyn.model.ground_motions.measures.one_component import AverageSpectralAcceleration, SpectralAcceleration
 from warpdyn.model.ground_motions.motions import GroundMotion
 from warpdyn.model.ground_motions.motions_at_sites import MotionsAtSites
+from warpdyn.model.ground_motions.pairs_of_motions import PairOfMotions, components_of
 from warpdyn.model.ground_motions.plausibility import add_motions, add_weakest_motions
 from warpdyn.model.scene.building_plausibility import add_building
 from warpdyn.model.scene.portfolio import Portfolio
 from warpdyn.model.scene.scatter import GivenValues, RandomFactor, RandomValue, Scatter, central, combined
 from warpdyn.model.scene.scene import Scene
 from warpdyn.model.structures.linear_system import LinearSystem
+from warpdyn.model.structures.lumped.structure import LumpedStructure
 from warpdyn.model.structures.shear_building import ShearBuilding
 from warpdyn.model.structures.structure import Structure
 
@@ -57,10 +59,14 @@ def warn_of_implausible(scene: Scene, *, step: float | None = None, longest_step
     period = 0.0
     is_shaken = excitation.is_design or isinstance(excitation, EventSequence | FilteredNoise)
     for where, one, scatter in parts:
+        if isinstance(one, LumpedStructure) and one.is_vehicle:  # usual values are those of buildings and earthquakes
+            period = max(period, one.fundamental_period)
+            continue
         period = max(period, _add_structure(findings, one, scatter, where, is_shaken=is_shaken))
         if isinstance(one, ShearBuilding):
             _add_start_and_forces(findings, excitation, one)
-    _add_excitation(findings, excitation)
+    if not structure.is_vehicle:
+        _add_excitation(findings, excitation)
     for given in (step, longest_step):
         if isinstance(given, int | float) and period > 0:
             # No method can resolve a vibration if the step is as long as the period.
@@ -92,6 +98,11 @@ def _add_structure(
                 ratios = np.array([low, high])[:, None] / np.where(nominal > 0, nominal, np.nan).ravel()
             # The check uses both quantiles: the median of a variable near 0, such as a damping ratio, may be small.
             findings.add("random_value", np.abs(ratios), f" of {name}{where}")
+    if isinstance(structure, LumpedStructure):
+        values = {**structure.parameters, **central(structure, scatter)}
+        if structure.problem(values):
+            return 0.0  # the run reports it
+        return _add_linear_system(findings, structure.central_matrices(values), is_shaken=is_shaken)
     if isinstance(structure, LinearSystem):
         matrices = {name: structure.parameters[name] for name in structure.parameters}
         factors = central(structure, scatter)
@@ -173,7 +184,8 @@ def _add_excitation(findings: PlausibilityFindings, excitation: Excitation) -> N
         if not isinstance(design, Excitation) or not design.is_design:
             continue
         where = f" of event {event!r}" if event else ""
-        motions = [motion for motion in design.motions if isinstance(motion, GroundMotion)]
+        both = [motion for motion in design.motions if isinstance(motion, GroundMotion | PairOfMotions)]
+        motions = [component for motion in both for component in components_of(motion)]
         add_motions(findings, motions, where)
         if not isinstance(design, Stripes):  # Stripes scale the motions to levels, so that their unit has no effect
             add_weakest_motions(findings, motions, where)
@@ -188,7 +200,7 @@ def _add_excitation(findings: PlausibilityFindings, excitation: Excitation) -> N
                 scale = np.asarray(design.scale)
             findings.add("scale_factor", np.median(scale), where)
             peak, of = (
-                np.array([motion.peak_ground_acceleration for motion in motions]),
+                np.array([motion.peak_ground_acceleration for motion in both]),
                 getattr(design, "motion", None),
             )
             # If the motion of each factor is unknown, assume the largest factor for the strongest motion.

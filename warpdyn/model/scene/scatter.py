@@ -15,6 +15,9 @@ from warpdyn.foundations.core.near_misses import did_you_mean, with_suggestions
 from warpdyn.model.scene.distributions import Distribution
 from warpdyn.model.structures.structure import Structure
 
+# A draw applies to all storeys (springs, degrees of freedom) of a structure, or to one of them.
+PER = ("building", "storey", "spring", "dof")
+
 
 class ParameterScatter(ABC):
     """Base class: how the value of one parameter differs between structures."""
@@ -56,23 +59,27 @@ class RandomScatter(ParameterScatter):
     def __post_init__(self) -> None:
         if not isinstance(self.distribution, Distribution):
             raise TypeError(f"distribution must be Normal, Lognormal or Uniform, got {self.distribution!r}")
-        one_of("per", self.per, ("building", "storey"))
+        one_of("per", self.per, PER)
         if real_number("storey_correlation", self.storey_correlation, least=0) > 1:
             raise ValueError(f"storey_correlation must be at most 1, got {self.storey_correlation}")
         if self.storey_correlation and self.per == "building":
             raise ValueError(
-                "storey_correlation needs per='storey': with per='building' one draw applies to all storeys. "
-                "Give per='storey', or remove storey_correlation"
+                "storey_correlation needs per='storey' (or 'spring', 'dof'): with per='building' one draw applies to "
+                "all storeys. Give per='storey', or remove storey_correlation"
             )
 
     def variables(self, storeys: int) -> int:
         """Return the number of random variables: one per storey, or one for the building, according to `per`."""
-        return storeys if self.per == "storey" else 1
+        return 1 if self.per == "building" else storeys
 
     def problem(self, name: str, structure: Structure) -> str | None:
         """Return a message if the scatter does not fit the parameter `name` of the structure; None if it fits."""
-        if self.per == "storey" and not structure.is_by_storey(name):
+        if self.per == "building":
+            return None
+        if not structure.is_by_storey(name):
             return f"scatter[{name!r}]: {name} has one value for the building; use per='building'"
+        if self.per != (dim := structure.dim_of(name)):
+            return f"scatter[{name!r}]: {name} has one value per {dim}; use per={dim!r} or per='building'"
         return None
 
     def draw(self, nominal: np.ndarray, normals: np.ndarray, structures: np.ndarray | slice) -> np.ndarray:
@@ -92,7 +99,8 @@ class RandomFactor(RandomScatter):
 
     Args:
         distribution: Distribution of the factor [1]: Normal, Lognormal or Uniform.
-        per: "building" (one draw for all storeys) or "storey" (one draw per storey).
+        per: "building" (one draw for all storeys, springs or degrees of freedom), "storey" (one draw per storey) or,
+            of a LumpedStructure, "spring" or "dof".
         storey_correlation: Correlation between the draws of two storeys [1], 0 to 1; needs `per="storey"`.
 
     Raises:
@@ -118,7 +126,8 @@ class RandomValue(RandomScatter):
 
     Args:
         distribution: Distribution of the value, in the parameter's units: Normal, Lognormal or Uniform.
-        per: "building" (one draw for all storeys) or "storey" (one draw per storey).
+        per: "building" (one draw for all storeys, springs or degrees of freedom), "storey" (one draw per storey) or,
+            of a LumpedStructure, "spring" or "dof".
         storey_correlation: Correlation between the draws of two storeys [1], 0 to 1; needs `per="storey"`.
 
     Raises:
@@ -183,8 +192,8 @@ class GivenValues(FrozenArrays, ParameterScatter):
     def problem(self, name: str, structure: Structure) -> str | None:
         """Return a message if the values do not fit the parameter `name` of the structure; None if they fit."""
         by_storey = structure.is_by_storey(name)
-        if self.values.ndim == 2 and (not by_storey or self.values.shape[1] != structure.dofs):
-            wanted = f"[structure, {structure.dofs}] or [structure]" if by_storey else "[structure]"
+        if self.values.ndim == 2 and (not by_storey or self.values.shape[1] != structure.length_of(name)):
+            wanted = f"[structure, {structure.length_of(name)}] or [structure]" if by_storey else "[structure]"
             return f"scatter[{name!r}] lists values of shape {self.values.shape}; it must be {wanted}"
         missing = np.isnan(self.values).any(axis=0) & ~np.isnan(structure.nominal_values[name])
         for storey in np.flatnonzero(missing):
@@ -249,7 +258,7 @@ def _at(structure: Structure, scatter: Scatter, z: np.ndarray) -> dict[str, np.n
     """Return the values of the scattered parameters if their random variables are `z`; for GivenValues, all values."""
     values, nominal = {}, structure.nominal_values
     for name, spread in scatter.items():
-        normals = np.broadcast_to(z, (spread.variables(structure.dofs), z.size))
+        normals = np.broadcast_to(z, (spread.variables(structure.length_of(name)), z.size))
         values[name] = combined(nominal[name], spread, normals, spread.rows(z.size)).T
     return values
 

@@ -40,13 +40,25 @@ def _advice(given: object, kind: type) -> str:
     return ""
 
 
+def _check_components(structure: Structure, excitation: Excitation) -> None:
+    """Raise a ValueError if the base motion has another number of components than the structure's influence matrix."""
+    if excitation.components and excitation.components != structure.components:
+        one = "a PairOfMotions" if excitation.components > 1 else "a single motion"
+        raise ValueError(
+            f"the structure has {structure.components} influence vectors, but the base motion has "
+            f"{excitation.components} components ({one}): a pair of motions needs a LumpedStructure with one influence "
+            "vector for each component, and a single motion needs one influence vector"
+        )
+
+
 @with_suggestions
 @dataclass(frozen=True, eq=False, repr=False)
 class Scene:
     """The model of a run: structure, excitation, scatter and recorders. The integration method is not part of it.
 
     Args:
-        structure: A ShearBuilding, a LinearSystem, or a Portfolio of building types with their scatter.
+        structure: A ShearBuilding, a LumpedStructure, a LinearSystem, or a Portfolio of building types with their
+            scatter.
         excitation: Ground motions (Stripes, Cloud, OneMotionPerStructure, MotionsAtSites, one GroundMotion, or an
             EventSequence of these), FilteredNoise, or forces (HarmonicForce, ForceHistory, FreeVibration).
         scatter: Differences between structures: parameter name -> RandomFactor, RandomValue or GivenValues.
@@ -55,8 +67,8 @@ class Scene:
         sampling: "sobol" (scrambled; default), whose medians vary least from seed to seed, "latin_hypercube" or
             "monte_carlo". A portfolio always has "monte_carlo".
         recorders: Names of the recorders. None: all recorders, which for a ShearBuilding are "drift", "time_of_peak",
-            "acceleration", "base_shear", "residual" and "energy", and for a LinearSystem "displacement",
-            "acceleration" and "energy".
+            "acceleration", "base_shear", "residual" and "energy"; for a LinearSystem "displacement", "acceleration" and
+            "energy"; and for a LumpedStructure "spring", "displacement", "acceleration" and "output".
         collapse_drift_ratio: Storey drift ratio [1] at which a sample collapses. Integration of the sample ends at
             collapse: its demands are those up to collapse, its residual drift is missing, and `time_of_collapse` and
             `storey_of_collapse` are recorded. Storeys may also have capacities (`drift_capacity` and
@@ -94,7 +106,7 @@ class Scene:
     def __post_init__(self) -> None:
         if not isinstance(self.structure, Structure):
             raise TypeError(
-                "structure must be a ShearBuilding, a LinearSystem or a Portfolio, got "
+                "structure must be a ShearBuilding, a LumpedStructure, a LinearSystem or a Portfolio, got "
                 f"{_described(self.structure)}{_advice(self.structure, Structure)}"
             )
         excitation = excitation_of(self.excitation)
@@ -112,6 +124,7 @@ class Scene:
                 f"got {kind}"
             )
         excitation.check_fits(self.structure)
+        _check_components(self.structure, excitation)
         if self.sampling is None:
             object.__setattr__(self, "sampling", "monte_carlo" if self.structure.is_many else "sobol")
         one_of("sampling", self.sampling, SAMPLING)
@@ -121,7 +134,9 @@ class Scene:
                 "its buildings are drawn one by one. Remove sampling="
             )
         known = RECORDERS[self.structure.family]
-        recorders = tuple(known.keys() - USERS.keys()) if self.recorders is None else self.recorders
+        lacking = self.structure.lacking
+        every = known.keys() - USERS.keys() - set(lacking)
+        recorders = tuple(every) if self.recorders is None else self.recorders
         if not isinstance(recorders, tuple | list):
             raise TypeError(f"recorders must be a tuple of recorders, such as ('drift',), got {recorders!r}")
         if not isinstance(self.title, str):
@@ -129,6 +144,8 @@ class Scene:
         recorders = tuple(map(recorder_name, recorders))
         for name in recorders:
             one_of(f"recorder of a {type(self.structure).__name__}", name, known)
+            if name in lacking:
+                raise ValueError(f"recorder {name!r} needs {name}s= of the {type(self.structure).__name__}")
         object.__setattr__(self, "recorders", tuple(sorted(set(recorders))))
         limit = self.collapse_drift_ratio
         if limit is not None:

@@ -158,7 +158,7 @@ class Damping:
             )
         if damped_storeys is not None:
             return RayleighOfStoreys(storeys=_checked_storeys(damped_storeys, storeys))
-        return cls(_checked_modes(damping_modes, storeys) if cls.takes_modes else None)
+        return cls(checked_modes(damping_modes, storeys) if cls.takes_modes else None)
 
 
 class StoreyDamping(Damping):
@@ -321,7 +321,7 @@ def _checked_storeys(given: tuple[int, int], storeys: int) -> tuple[int, int]:
     return first, last
 
 
-def _checked_modes(given: tuple[int, int] | None, storeys: int) -> tuple[int, int]:
+def checked_modes(given: tuple[int, int] | None, storeys: int) -> tuple[int, int]:
     """Return the two modes of Rayleigh damping, (1, 1) for a one-storey building; raise a ValueError if invalid."""
     if given is None:
         return 1, min(2, storeys)

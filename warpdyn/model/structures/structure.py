@@ -19,10 +19,12 @@ class Structure(ABC):
     """Base class of the structures of scenes; arguments are checked when an object is made.
 
     Attributes:
-        family: Family of the kernels that integrate the structure: "chain" (shear buildings) or "dense" (matrices).
+        family: Family of the kernels that integrate the structure: "chain" (shear buildings), "lumped" or
+            "dense" (matrices).
         demand: Name of the recorder whose error the step control limits.
         can_yield: Whether an earthquake may cause residual drifts.
         is_many: Whether the object is a portfolio of several building types.
+        is_vehicle: Whether the motions are those of a road, not of earthquakes.
         is_scaled: Whether parameters are matrices, which scatter can only multiply by a factor.
         law: Names of the storey laws and devices, joined to one text; "elastic" for a linear structure.
         storey_laws: Names of the laws, one per storey, or one name for all storeys.
@@ -37,6 +39,7 @@ class Structure(ABC):
     demand: ClassVar[str]
     can_yield: ClassVar[bool] = True
     is_many: ClassVar[bool] = False
+    is_vehicle: ClassVar[bool] = False
     is_scaled: ClassVar[bool] = False
     law: str
     storey_laws: tuple[str, ...]
@@ -59,6 +62,32 @@ class Structure(ABC):
     @abstractmethod
     def is_by_storey(self, name: str) -> bool:
         """Return whether the parameter `name` has one value per storey."""
+
+    def dim_of(self, name: str) -> str:
+        """Return the dimension of the values of a parameter that has one per storey."""
+        return "storey"
+
+    def length_of(self, name: str) -> int:
+        """Return the number of values of a parameter that has one per storey, otherwise the number of storeys."""
+        return len(self.nominal_values[name]) if self.is_by_storey(name) else self.dofs
+
+    def names_along(self, dim: str) -> tuple[str, ...] | None:
+        """Return the names of the degrees of freedom or springs along a dimension; None if they have only numbers."""
+        return None
+
+    def problem(self, values: Mapping[str, np.ndarray]) -> str | None:
+        """Return a sentence on parameters that contradict each other, or None."""
+        return self.storey_law.problem(values)
+
+    @property
+    def lacking(self) -> tuple[str, ...]:
+        """Names of recorders that this structure cannot have."""
+        return ()
+
+    @property
+    def components(self) -> int:
+        """Number of components of the base motion."""
+        return 1
 
     @abstractmethod
     def input_name(self, name: str) -> str:

@@ -43,7 +43,7 @@ def facts_of(part: Any, skeleton: str) -> dict[str, Body]:
 
     Branches that do not exist with this skeleton (the function with the time loop) are ignored.
     """
-    flags = {"EXPLICIT_CHAIN": False, "IMPLICIT_CHAIN": False, "DENSE": False, "PROPAGATED": False}
+    flags = dict.fromkeys(("EXPLICIT_CHAIN", "IMPLICIT_CHAIN", "EXPLICIT_LUMPED", "DENSE", "PROPAGATED"), False)
     flags = flags | {skeleton.upper(): True} if skeleton.upper() in flags else {}
     return {slot: names_in_function(function, flags) for slot, function in bodies_of(part).items()}
 

@@ -137,7 +137,10 @@ def without_unread(text: str) -> str:
 
 
 def with_names(text: str, written: Pairs) -> str:
-    """Return a source text in which names are replaced by other text; `written` contains pairs (name, text)."""
+    """Return a source text in which names are replaced by other text; `written` contains pairs (name, text).
+
+    Lines after the first of a replacement get the indentation of the name's line.
+    """
     if not any(re.search(rf"\b{name}\b", text) for name, _ in written):
         return text
     first = dict(reversed(written))
@@ -145,7 +148,9 @@ def with_names(text: str, written: Pairs) -> str:
     names = (name for name in names_of(ast.parse(text)) if name.id in first)
     for node in sorted(names, key=lambda node: -node.col_offset):
         line = lines[node.lineno - 1]
-        lines[node.lineno - 1] = f"{line[: node.col_offset]}{first[node.id]}{line[node.end_col_offset :]}"
+        indent = line[: len(line) - len(line.lstrip())]
+        own = first[node.id].replace("\n", f"\n{indent}")
+        lines[node.lineno - 1] = f"{line[: node.col_offset]}{own}{line[node.end_col_offset :]}"
     return "\n".join(lines) + "\n"
 
 

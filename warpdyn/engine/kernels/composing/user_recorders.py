@@ -15,7 +15,7 @@ from warpdyn.foundations.core.sources import sources_read
 
 USERS: dict[str, type[Recorder]] = {}  # recorders of users, by name
 # Family of the structure -> recorder -> name -> variable.
-TABLE: dict[str, dict[str, Mapping[str, Variable]]] = {"chain": {}, "dense": {}}
+TABLE: dict[str, dict[str, Mapping[str, Variable]]] = {"chain": {}, "lumped": {}, "dense": {}}
 
 
 class Recorder:

@@ -35,6 +35,15 @@ def keep_force(history: Any, row: int, step: int, every: int, storey: int, force
             history.storey_force[row, step / every, storey] = force
 
 
+@wp.func
+def keep_spring(history: Any, row: int, step: int, every: int, spring: int, deformation: Any, force: Any):
+    """Write a spring's deformation and force at a step's start to the history, if the step is recorded."""
+    if step % every == 0:
+        if step / every < history.spring_force.shape[1]:
+            history.spring_deformation[row, step / every, spring] = deformation
+            history.spring_force[row, step / every, spring] = force
+
+
 # cos(x) as a polynomial in x^2, exact to the last digit for |x| <= pi/2; the library's cosine also needs memory.
 COSINE = wp.constant(
     wp.types.vector(length=12, dtype=wp.float64)(*((-1.0) ** k / math.factorial(2 * k) for k in range(12)))

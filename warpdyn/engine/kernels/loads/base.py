@@ -10,7 +10,7 @@ FIELDS = {
 
 
 def wanted(plan):
-    return LOADS[plan.load].is_base
+    return LOADS[plan.load].is_base and (plan.pattern is None or plan.pattern.components == 1)
 
 
 def declare():
@@ -23,7 +23,8 @@ def declare():
 
 
 def start_row():
-    influence[i, j] = structures.influence[i]
+    if not EXPLICIT_LUMPED:
+        influence[i, j] = structures.influence[i]
 
 
 def in_interval():
@@ -50,7 +51,7 @@ def begin_search():
 
 
 def begin_walk():
-    if DENSE:
+    if DENSE or EXPLICIT_LUMPED:
         slot("position_of_stage")
         base[j] = a0[j] + at * da[j]
     if EXPLICIT_CHAIN:
@@ -67,7 +68,7 @@ def begin_walk():
 def add_base():
     if DENSE:
         ai -= influence[i, j] * base[j]
-    elif not KEEPS_DRIFTS:
+    elif not (KEEPS_DRIFTS or EXPLICIT_LUMPED):
         ai -= base[j]
 
 

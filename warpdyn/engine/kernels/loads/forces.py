@@ -73,7 +73,7 @@ def before_force_ends():
             before_end += final_felt[j]
         elif DENSE:
             before_end += final_force[i, j]
-        else:
+        elif not EXPLICIT_LUMPED:
             before_end += final_force[i, j] * inverse_mass[i, j]
 
 

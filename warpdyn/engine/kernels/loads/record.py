@@ -10,7 +10,8 @@ FIELDS = {"Load": {"values": "float[]", "first": "int32[]"}}  # all motions in o
 
 def wanted(plan):
     load = LOADS[plan.load]
-    return load.is_base and not load.noise_states
+    is_single = plan.pattern is None or plan.pattern.components == 1
+    return load.is_base and not load.noise_states and is_single
 
 
 def names(plan):

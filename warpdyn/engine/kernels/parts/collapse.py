@@ -48,7 +48,7 @@ def share_beyond(before: Any, after: Any, inverse_capacity: Any):
 
 
 def wanted(plan):
-    return plan.collapses
+    return plan.collapses and plan.pattern is None
 
 
 def names(plan):

@@ -23,18 +23,33 @@ def names(plan):
 
 
 def read_storey():
-    initial_drift = loads.initial_displacement[g]
-    if g > 0:
-        initial_drift -= loads.initial_displacement[g - 1]
-    slot("storey_coefficients")
-    memory = memory_vector()
-    for increment in range(INCREMENTS):
-        pulled_to = dtype(increment + 1) * one_increment * initial_drift
-        memory = advance(pulled_to, one_increment * initial_drift, memory, c)
-    for m in range(M):
-        z[i * M + m, j] = memory[m]
-        if TAKES_MEMORY:
-            zs[i * M + m, j] = memory[m]
+    if not EXPLICIT_LUMPED:
+        initial_drift = loads.initial_displacement[g]
+        if g > 0:
+            initial_drift -= loads.initial_displacement[g - 1]
+        slot("storey_coefficients")
+        memory = memory_vector()
+        for increment in range(INCREMENTS):
+            pulled_to = dtype(increment + 1) * one_increment * initial_drift
+            memory = advance(pulled_to, one_increment * initial_drift, memory, c)
+        for m in range(M):
+            z[i * M + m, j] = memory[m]
+            if TAKES_MEMORY:
+                zs[i * M + m, j] = memory[m]
+
+
+def push_springs():
+    for i in range(SPRINGS):
+        for j in range(LANES):
+            slot("storey_coefficients")
+            memory = memory_vector()
+            for increment in range(INCREMENTS):
+                pulled_to = dtype(increment + 1) * one_increment * deformation[i, j]
+                memory = advance(pulled_to, one_increment * deformation[i, j], memory, c)
+            for m in range(M):
+                z[i * M + m, j] = memory[m]
+                if TAKES_MEMORY:
+                    zs[i * M + m, j] = memory[m]
 
 
 def remember():

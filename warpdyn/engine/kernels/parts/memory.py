@@ -9,7 +9,7 @@ from warpdyn.engine.laws.springs import spring_row
 
 
 def wanted(plan):
-    if plan.family != "chain" or plan.kind != "explicit":
+    if plan.family not in ("chain", "lumped") or plan.kind != "explicit":
         return False
     law = spring_row(plan.law)
     has_memory = law.return_mapping is not None or law.force_at_accepted_state is not None
@@ -37,7 +37,7 @@ def restore():
 
 def end_step():
     if IS_MAPPING and not ADAPTIVITY and not MAPS_IN_STAGE:
-        for i in range(N):
+        for i in range(SPRINGS):
             for j in range(LANES):
                 slot("accepted_drift")
                 if HAS_PADS:

@@ -26,7 +26,7 @@ def begin_step():
     if some_begin > 0:
         for j in range(LANES):
             begins = wp.where(index == first_recorded[j], 1, 0)
-            if COLLAPSE:
+            if COLLAPSE or SPRING_COLLAPSE:
                 if stands[j] == dtype(0.0):
                     begins = int(0)
             if begins > 0:

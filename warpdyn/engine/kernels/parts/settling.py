@@ -12,7 +12,7 @@ from warpdyn.engine.methods.table import METHODS
 def wanted(plan):
     method = METHODS[plan.method]
     is_followed = method.kind == "implicit" or (method.kind == "explicit" and not method.is_adaptive)
-    return plan.family == "chain" and is_followed and spring_row(plan.law).relaxation_rate is not None
+    return plan.family in ("chain", "lumped") and is_followed and spring_row(plan.law).relaxation_rate is not None
 
 
 def names(plan):
@@ -40,7 +40,7 @@ def declare():
 
 
 def read_sample():
-    if EXPLICIT_CHAIN:
+    if EXPLICIT_CHAIN or EXPLICIT_LUMPED:
         watched_from[j] = settles_until
 
 
@@ -49,18 +49,23 @@ def settle_storey():
 
 
 def end_storey():
-    if BY_VELOCITY and not KEEPS_DRIFTS:
-        if stage == 0:
-            settles = relaxation_of(rate, memory, c)
-            if i < N - 1:
-                settles = larger(fastest[j], settles)
-            fastest[j] = settles
-    else:
-        fastest[j] = larger(fastest[j], relaxation_of(rate, memory, c))
+    if not EXPLICIT_LUMPED:
+        if BY_VELOCITY and not KEEPS_DRIFTS:
+            if stage == 0:
+                settles = relaxation_of(rate, memory, c)
+                if i < N - 1:
+                    settles = larger(fastest[j], settles)
+                fastest[j] = settles
+        else:
+            fastest[j] = larger(fastest[j], relaxation_of(rate, memory, c))
+
+
+def end_spring():
+    fastest[j] = larger(fastest[j], relaxation_of(rate, memory, c))
 
 
 def end_step():
-    if EXPLICIT_CHAIN:
+    if EXPLICIT_CHAIN or EXPLICIT_LUMPED:
         # Below the limit deviations decay, so most steps need no test.
         some_may_grow = int(0)
         for j in range(LANES):
@@ -76,7 +81,7 @@ def end_step():
                 watched_from[j] = settles_until
                 if not grown <= dtype(1.0):
                     watched_from[j] = -dtype(1.0)
-        if not BY_VELOCITY or KEEPS_DRIFTS:
+        if not BY_VELOCITY or KEEPS_DRIFTS or EXPLICIT_LUMPED:
             for j in range(LANES):
                 fastest[j] = dtype(0.0)
     if IMPLICIT_CHAIN:

@@ -1,4 +1,4 @@
-"""The storeys of a chain: masses and heights, drifts, and the coefficients and the memory of the storey law."""
+"""The storeys of a chain or springs of a lumped structure: drifts, coefficients and memory of the storey law."""
 
 order = -90
 
@@ -15,7 +15,7 @@ FIELDS = {
 
 
 def wanted(plan):
-    return plan.family == "chain" and plan.kind != "exact"
+    return plan.family in ("chain", "lumped") and plan.kind != "exact"
 
 
 def names(plan):
@@ -25,7 +25,7 @@ def names(plan):
     from warpdyn.engine.laws.springs import spring_row
 
     dtype, lanes, law = DTYPES[plan.dtype], plan.lanes, spring_row(plan.law)
-    storeys, memory, coefficients = plan.storeys_of_thread, law.memory, law.coefficients
+    storeys, memory, coefficients = plan.springs_of_thread, law.memory, law.coefficients
     functions = {
         "force_of": law.force,
         "held_of": law.force_at_accepted_state or law.force,
@@ -41,13 +41,14 @@ def names(plan):
     return {
         **number,
         "KEEPS_DRIFTS": keeps_drifts(plan),
+        "SPRINGS": "N" if plan.pattern is None else storeys,
         "C": coefficients,
         "M": memory,
         "IS_MAPPING": law.return_mapping is not None,
         "IS_RATE": law.rate is not None,
         "HAS_MEMORY": law.memory_after is not None,
         "HOLDS_FORCE": law.force_at_accepted_state is not None,
-        "HAS_PADS": storeys * plan.sections > plan.dofs,
+        "HAS_PADS": plan.pattern is None and storeys * plan.sections > plan.dofs,
         "table": wp.types.matrix(shape=(storeys * coefficients, lanes), dtype=dtype),
         # Memory of all storeys, one after the other; without memory there is one row, which is not used.
         "memories": wp.types.matrix(shape=(max(1, storeys * memory), lanes), dtype=dtype),
@@ -59,7 +60,9 @@ def names(plan):
 
 def accepted_drift():
     """Set `drift` to the drift of storey i in the accepted state; `foot_u` is the displacement below a section."""
-    if KEEPS_DRIFTS:
+    if EXPLICIT_LUMPED:
+        drift = deformation[i, j]
+    elif KEEPS_DRIFTS:
         drift = drifts[i, j]
     else:
         drift = u[i, j]
@@ -83,7 +86,9 @@ def accepted_memory():
 
 def reached_drift():
     """Set `reached_drift` of every lane to the accepted drift; with `u=us`, to the drift of a stage's state."""
-    if KEEPS_DRIFTS:
+    if EXPLICIT_LUMPED:
+        reached_drift[j] = deformation[i, j]
+    elif KEEPS_DRIFTS:
         reached_drift[j] = drifts[i, j]
     else:
         reached_drift[j] = u[i, j]

@@ -6,7 +6,7 @@ from warpdyn.engine.methods.table import METHODS
 
 
 def wanted(plan):
-    if plan.family != "chain":
+    if plan.family not in ("chain", "lumped"):
         return False
     law = spring_row(plan.law)
     return law.leaves_line is not None and law.rate is None and not METHODS[plan.method].is_adaptive
@@ -102,7 +102,7 @@ def restore_foot():
 
 def end_step():
     if not MAPS_IN_STAGE:
-        for i in range(N):
+        for i in range(SPRINGS):
             leaving = int(0)
             for j in range(LANES):
                 slot("reached_drift")

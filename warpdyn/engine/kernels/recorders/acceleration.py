@@ -5,6 +5,7 @@ from warpdyn.foundations.core.output_variables import Variable
 order = 20
 VARIABLES = {
     "chain": {"peak_floor_acceleration": Variable(("floor",), "m s-2", "peak absolute floor acceleration")},
+    "lumped": {"peak_acceleration": Variable(("dof",), "m s-2", "peak absolute acceleration")},
     "dense": {"peak_acceleration": Variable(("dof",), "m s-2", "peak absolute acceleration")},
 }
 
@@ -51,7 +52,7 @@ def see_forces():
         size = larger(size, wp.abs(before_end))
     if HAS_ADD_LOAD:
         size = size * seen[j]
-    if COLLAPSE:
+    if COLLAPSE or SPRING_COLLAPSE:
         if PROPAGATED:
             present_size = size
             size = earlier_size[i, j]

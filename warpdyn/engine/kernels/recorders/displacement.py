@@ -3,12 +3,11 @@
 from warpdyn.foundations.core.output_variables import Variable
 
 order = 0
-VARIABLES = {
-    "dense": {
-        "peak_displacement": Variable(("dof",), "m", "peak absolute displacement relative to the base"),
-        "time_of_peak_displacement": Variable(("dof",), "s", "time of the peak displacement", is_demand=False),
-    },
+OF_DOFS = {
+    "peak_displacement": Variable(("dof",), "m", "peak absolute displacement relative to the base"),
+    "time_of_peak_displacement": Variable(("dof",), "s", "time of the peak displacement", is_demand=False),
 }
+VARIABLES = {"dense": OF_DOFS, "lumped": OF_DOFS}
 
 BORROWS = {"adaptivity": ("done",)}
 
@@ -38,20 +37,33 @@ def see_drift():
 
 
 def end_attempt():
-    for i in range(N):
-        for j in range(LANES):
-            size = wp.abs(u[i, j])
-            if size > peak_displacement[i, j]:
-                peak_displacement[i, j] = size
-                time_of_peak[i, j] = dtype(index + 1) * step[j]
-                if ADAPTIVITY:
-                    time_of_peak[i, j] = (dtype(index) + done[j]) * step[j]
+    if not EXPLICIT_LUMPED:
+        for i in range(N):
+            for j in range(LANES):
+                size = wp.abs(u[i, j])
+                if size > peak_displacement[i, j]:
+                    peak_displacement[i, j] = size
+                    time_of_peak[i, j] = dtype(index + 1) * step[j]
+                    if ADAPTIVITY:
+                        time_of_peak[i, j] = (dtype(index) + done[j]) * step[j]
+
+
+def see_state():
+    if EXPLICIT_LUMPED:
+        for i in range(N):
+            for j in range(LANES):
+                size = wp.abs(u[i, j])
+                if SPRING_COLLAPSE:
+                    size = size * stands[j]
+                if size > peak_displacement[i, j]:
+                    peak_displacement[i, j] = size
+                    time_of_peak[i, j] = dtype(index) * step[j]
 
 
 def restart_recorders():
     for i in range(N):
         peak_displacement[i, j] = dtype(0.0)
-        if DENSE:  # dense kernels record the state at the end of a step
+        if not PROPAGATED:  # these kernels record the state at the end of a step
             peak_displacement[i, j] = wp.abs(u[i, j])
         time_of_peak[i, j] = dtype(index) * step[j]
 

@@ -10,10 +10,15 @@ HISTORY = {  # names are those of the fields of the struct History
     "storey_force": Variable(("storey",), "N", "storey restoring force"),
 }
 
+OF_SPRINGS = {  # of lumped structures
+    "spring_deformation": Variable(("spring",), "m", "deformation of the spring"),
+    "spring_force": Variable(("spring",), "N", "force of the spring's law"),
+}
+
 BORROWS = {"adaptivity": ("attempt",)}
 FIELDS = {
     "Control": {"every": "int32"},  # number of steps from one recorded state to the next
-    "History": {name: "float[,,]" for name in HISTORY},  # [history, time, dof]
+    "History": {name: "float[,,]" for name in (*HISTORY, *OF_SPRINGS)},  # [history, time, dof]
 }
 
 
@@ -22,9 +27,9 @@ def wanted(plan):
 
 
 def names(plan):
-    from warpdyn.engine.kernels.functions.recording import keep_force, keep_state
+    from warpdyn.engine.kernels.functions.recording import keep_force, keep_spring, keep_state
 
-    return {"keep_force": keep_force, "keep_state": keep_state}
+    return {"keep_force": keep_force, "keep_spring": keep_spring, "keep_state": keep_state}
 
 
 def declare():
@@ -42,3 +47,7 @@ def see_forces():
         keep_state(history, samples.order[sample[j]], index, every, i, position[j] if PROPAGATED else u[i, j], vi, ai)
         if IS_CHAIN:
             keep_force(history, samples.order[sample[j]], index, every, i, restoring)
+
+
+def see_spring():
+    keep_spring(history, samples.order[sample[j]], index, every, i, drift, restoring)

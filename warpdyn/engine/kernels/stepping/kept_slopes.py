@@ -64,10 +64,10 @@ def state_below():
 
 
 def end_storey():
-    if IS_RATE:
+    if IS_RATE and not EXPLICIT_LUMPED:
         z_rate = rate_of(rate, memory, c)
     acceleration[stage * N + i, j] = ai
-    if IS_RATE:
+    if IS_RATE and not EXPLICIT_LUMPED:
         for m in range(M):
             memory_rate[(stage * N + i) * M + m, j] = z_rate[m]
 
@@ -76,15 +76,16 @@ def after_storey():
     for j in range(LANES):
         to_displacement[j] = dtype(0.0)
         to_velocity[j] = dtype(0.0)
-        for m in range(M):
-            to_memory[m, j] = dtype(0.0)
+        if not EXPLICIT_LUMPED:
+            for m in range(M):
+                to_memory[m, j] = dtype(0.0)
     for q in range(STAGES):
         if q <= stage:
             for j in range(LANES):
                 slope = acceleration[q * N + i, j]
                 to_displacement[j] += of_displacement[(stage + 1) * STAGES + q] * slope
                 to_velocity[j] += of_velocity[(stage + 1) * STAGES + q] * slope
-                if IS_RATE:
+                if IS_RATE and not EXPLICIT_LUMPED:
                     for m in range(M):
                         z_slope = memory_rate[(q * N + i) * M + m, j]
                         to_memory[m, j] += of_velocity[(stage + 1) * STAGES + q] * z_slope
@@ -97,7 +98,7 @@ def after_storey():
         vs[i, j] = v[i, j] + h[j] * to_velocity[j]
         un[i, j] = us[i, j]
         vn[i, j] = vs[i, j]
-        if IS_RATE:
+        if IS_RATE and not EXPLICIT_LUMPED:
             for m in range(M):
                 zs[i * M + m, j] = z[i * M + m, j] + h[j] * to_memory[m, j]
                 zn[i * M + m, j] = zs[i * M + m, j]
@@ -110,7 +111,7 @@ def end_attempt():
             v[i, j] = vn[i, j]
             us[i, j] = un[i, j]
             vs[i, j] = vn[i, j]
-            if TAKES_MEMORY:
+            if TAKES_MEMORY and not EXPLICIT_LUMPED:
                 for m in range(M):
                     z[i * M + m, j] = zn[i * M + m, j]
                     zs[i * M + m, j] = zn[i * M + m, j]

@@ -167,11 +167,11 @@ class RotatedSpectralAcceleration(PairMeasure):
 
     def pair_values(self, both: Sequence[tuple[GroundMotion, GroundMotion]]) -> np.ndarray:
         """Return the percentile over directions of each pair's spectral acceleration [m/s2], shape [pair]."""
-        rotated = [motion for first, second in both for motion in _rotated(first, second)]
+        rotated = [motion for first, second in both for motion in rotated_motions(first, second)]
         return np.percentile(self._of_one.values(rotated).reshape(len(both), ANGLES.size), self.percentile, axis=1)
 
 
-def _rotated(first: GroundMotion, second: GroundMotion) -> list[GroundMotion]:
+def rotated_motions(first: GroundMotion, second: GroundMotion) -> list[GroundMotion]:
     """Return the motion of a pair of components in each direction of ANGLES, one motion per degree."""
     if first.step != second.step:
         raise ValueError(

@@ -1,0 +1,174 @@
+"""Lumped structures against results of other programs, closed forms, chains of storeys, and changes of coordinates."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from lumped_case import Case, pulse
+from lumped_cases import CASES, deck_about
+
+import warpdyn as wd
+
+# Structures of the cases are round, and some are undamped or yield a lot.
+pytestmark = [pytest.mark.meant_as_given("no_damping", "damping_ratio", "first_period", "strongest_motion")]
+
+
+def run_of(case: Case, step: float = 0.0005, **settings: object):
+    scene = wd.Scene(case.structure, case.motion, tail=case.tail)
+    return wd.simulate(scene, step=step, dtype="float64", device="cpu", **settings)
+
+
+@pytest.mark.parametrize("case", CASES, ids=lambda case: case.__name__)
+def test_peaks_and_frequencies_of_another_program(case):
+    case = case()
+    frequencies = case.structure.modal()["circular_frequency"].values
+    for own, due in zip(frequencies, case.circular_frequencies, strict=False):
+        assert own == pytest.approx(due, rel=1e-6)
+    for own, due in zip(2 * np.pi / frequencies, case.periods, strict=False):
+        assert own == pytest.approx(due, rel=1e-6)
+    run = run_of(case, histories=wd.Histories([0], every=100))
+    assert run["status"].item() == 0
+    found, due = [], []
+    for name, places in case.peaks.items():
+        dim = run[name].dims[1]
+        found += [run[name].sel({dim: place}).item() for place in places]
+        due += places.values()
+    np.testing.assert_allclose(found, due, rtol=case.bound)
+    last = run["displacement"].isel(history=0, time=-1)
+    largest = max(case.peaks["peak_displacement"].values())
+    for place, value in case.last.items():
+        assert last.sel(dof=place).item() == pytest.approx(value, abs=2e-4 * largest)
+
+
+def test_modal_frequencies_are_those_of_a_closed_form():
+    # One storey whose frame A is off the centre: x alone, and two coupled modes of y and theta.
+    case = CASES[0]()
+    mass, inertia = case.structure.parameters["mass"][[1, 2]]
+    a, b, arm, half = 1094542.72, 583756.117, 0.4572, 3.048
+    kyy, kyt, ktt = a / mass, a * arm / np.sqrt(mass * inertia), (a * arm**2 + 2 * b * half**2) / inertia
+    middle, swing = (kyy + ktt) / 2, np.hypot((kyy - ktt) / 2, kyt)
+    due = np.sqrt(np.sort([2 * b / mass, middle - swing, middle + swing]))
+    np.testing.assert_allclose(case.structure.modal()["circular_frequency"], due, rtol=1e-12)
+
+
+def chain_and_lumped(law: str, **parameters: float):
+    """Return a ShearBuilding and the same building as a LumpedStructure."""
+    mass, stiffness, damped = [1e5, 1.2e5, 0.8e5], [4e7, 3e7, 2e7], {"damping": "rayleigh", "damping_ratio": 0.05}
+    chain = wd.ShearBuilding(mass, stiffness, 3.0, law=law, **damped, **parameters)
+    springs = [
+        wd.Spring(str(i), {str(i): 1.0} | ({str(i - 1): -1.0} if i else {}), law=law, stiffness=each, **parameters)
+        for i, each in enumerate(stiffness)
+    ]
+    return chain, wd.LumpedStructure({str(i): each for i, each in enumerate(mass)}, springs, **damped)
+
+
+METHODS = ("rk4", "heun", "kutta3", "three_eighths", "dormand_prince5", "velocity_verlet", "nystroem4")
+LAWS = {
+    "elastic": {},
+    "bilinear": {"yield_force": 3e5, "hardening_ratio": 0.05},
+    "bouc_wen": {"yield_force": 3e5, "hardening_ratio": 0.05},
+    "peak_oriented": {"yield_force": 3e5, "hardening_ratio": 0.05},
+    "menegotto_pinto": {"yield_force": 3e5, "hardening_ratio": 0.05},
+}
+
+
+@pytest.mark.parametrize(
+    ("law", "method"),
+    [
+        *((law, "rk4") for law in LAWS),
+        *(("bilinear", each) for each in METHODS[1:]),
+        ("bouc_wen", "dormand_prince5"),
+        ("bouc_wen", "heun"),
+        ("peak_oriented", "heun"),
+    ],
+)
+def test_a_chain_of_springs_is_a_shear_building(law, method):
+    chain, lumped = chain_and_lumped(law, **LAWS[law])
+    motion = pulse(5.0, 0.6, 0.3, 4.0)
+    settings = {"step": 0.005, "dtype": "float64", "device": "cpu", "method": method}
+    one = wd.simulate(wd.Scene(chain, motion, recorders=("drift", "acceleration"), tail=1.0), **settings)
+    other = wd.simulate(wd.Scene(lumped, motion, recorders=("spring", "acceleration"), tail=1.0), **settings)
+    for name, due in {
+        "peak_spring_deformation": "peak_storey_drift",
+        "peak_acceleration": "peak_floor_acceleration",
+    }.items():
+        np.testing.assert_allclose(other[name], one[due], rtol=1e-10)
+
+
+def test_degrees_of_freedom_at_another_point_give_the_same_response():
+    runs = [run_of(deck_about(*place), 0.001) for place in ((0.0, 0.0), (10.0, 6.0), (3.0, -2.0))]
+    for run in runs[1:]:
+        for name in ("peak_output", "peak_spring_deformation", "peak_spring_force"):
+            np.testing.assert_allclose(run[name], runs[0][name], rtol=1e-9)
+    for name in ("circular_frequency", "effective_mass"):
+        one, other = (deck_about(*place).structure.modal()[name] for place in ((0.0, 0.0), (3.0, -2.0)))
+        np.testing.assert_allclose(other, one, rtol=1e-9)
+
+
+def test_drawn_structures_are_those_with_these_values():
+    building, motion = CASES[1]().structure, CASES[1]().motion
+    scatter = {
+        "stiffness": wd.RandomFactor(wd.Lognormal(1.0, 0.1), per="spring"),
+        "yield_force": wd.RandomFactor(wd.Lognormal(1.0, 0.2), per="spring", storey_correlation=0.5),
+        "mass": wd.RandomFactor(wd.Lognormal(1.0, 0.05), per="dof"),
+        "damping_ratio": wd.RandomValue(wd.Uniform(0.02, 0.06)),
+    }
+    settings = {"dtype": "float64", "device": "cpu"}
+    scene = wd.Scene(building, motion, scatter, recorders=("spring", "displacement"), tail=1.0)
+    run = wd.simulate(scene, structures=20, **settings)
+    assert run["stiffness"].dims == ("sample", "spring")
+    assert run["mass"].dims == ("sample", "dof")
+    for number in (0, 19):
+        drawn = run.isel(sample=number)
+        springs = [
+            wd.Spring(
+                spring.name,
+                spring.direction,
+                law="bilinear",
+                stiffness=drawn["stiffness"].sel(spring=spring.name).item(),
+                yield_force=drawn["yield_force"].sel(spring=spring.name).item(),
+                hardening_ratio=0.05,
+            )
+            for spring in building.springs
+        ]
+        one = wd.LumpedStructure(
+            {name: drawn["mass"].sel(dof=name).item() for name in building.dof_names},
+            springs,
+            influence=[{name: 1.0 for name in building.dof_names if name[0] == axis} for axis in "xy"],
+            damping="rayleigh",
+            damping_ratio=drawn["damping_ratio"].item(),
+            damping_modes=(1, 5),
+        )
+        scene = wd.Scene(one, motion, recorders=("spring", "displacement"), tail=1.0)
+        alone = wd.simulate(scene, step=drawn["integration_step"].item(), **settings)
+        for name in ("peak_spring_deformation", "peak_displacement"):
+            np.testing.assert_allclose(alone[name][0], drawn[name], rtol=1e-9)
+
+
+def test_collapse_is_that_of_a_shear_building():
+    chain, _ = chain_and_lumped("bilinear", **LAWS["bilinear"])
+    capacities = [0.05, 0.04, 0.02]
+    chain = wd.ShearBuilding(**chain.parameters, law="bilinear", damping="rayleigh", drift_capacity=capacities)
+    springs = [
+        wd.Spring(
+            str(i),
+            {str(i): 1.0} | ({str(i - 1): -1.0} if i else {}),
+            law=wd.laws.Bilinear(**LAWS["bilinear"]),
+            stiffness=chain.parameters["stiffness"][i],
+            deformation_capacity=capacity,
+        )
+        for i, capacity in enumerate(capacities)
+    ]
+    mass = {str(i): each for i, each in enumerate(chain.parameters["mass"])}
+    lumped = wd.LumpedStructure(mass, springs, damping="rayleigh", damping_ratio=0.05)
+    motions = [pulse(amplitude, 0.6, 0.3, 6.0) for amplitude in np.linspace(1.0, 12.0, 20)]
+    settings = {"dtype": "float64", "device": "cpu", "method": "rk4"}
+    one = wd.simulate(wd.Scene(chain, wd.Cloud(motions), recorders=("drift", "acceleration"), tail=1.0), **settings)
+    other = wd.simulate(wd.Scene(lumped, wd.Cloud(motions), recorders=("spring", "acceleration"), tail=1.0), **settings)
+    np.testing.assert_array_equal(other["status"], one["status"])
+    assert 0 < (one["status"] == 1).sum() < 20
+    np.testing.assert_allclose(other["time_of_collapse"], one["time_of_collapse"], rtol=1e-9)
+    storey = one["storey_of_collapse"].values
+    np.testing.assert_array_equal(other["spring_of_collapse"], np.where(storey > 0, storey - 1, -1))
+    np.testing.assert_allclose(other["peak_spring_deformation"], one["peak_storey_drift"], rtol=1e-9)
+    np.testing.assert_allclose(other["peak_acceleration"], one["peak_floor_acceleration"], rtol=1e-9)

@@ -1,0 +1,147 @@
+"""Equations of motion of lumped structures: their vibration, and the arrays that kernels read."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from warpdyn.campaigns.integration.dynamics import Arrays, Dynamics, Modes, slowest_decay
+from warpdyn.engine.kernels.lumped.pattern import Pattern, Table, table_of, values_in
+from warpdyn.engine.kernels.output_table import HISTORY, OF_SPRINGS
+from warpdyn.engine.methods.stability_limits import stable_step_of_eigenvalues, stable_step_of_yielding
+from warpdyn.engine.methods.state_matrices import highest_damping_rate, state_eigenvalues
+from warpdyn.engine.methods.table import Method
+from warpdyn.model.ground_motions.excitation import Excitation
+from warpdyn.model.structures.lumped.matrices import of_springs_only, undamped
+from warpdyn.model.structures.lumped.structure import LumpedStructure
+
+ROUNDED = 1e-14  # entries of an inverse matrix below this share of the largest one of their row and column are 0
+
+
+class LumpedDynamics(Dynamics):
+    """The equation of motion of lumped structures; arguments and attributes: see Dynamics."""
+
+    structure: LumpedStructure
+    viscous_dampers, physics = "none", ()
+    steps_modes, couples_modes, needs_eigenvalues = False, True, True
+    histories = (*(name for name in HISTORY if name != "storey_force"), *OF_SPRINGS)
+    peak = ("peak_spring_deformation", "spring")
+
+    def __init__(self, structure: LumpedStructure, representative: Mapping[str, np.ndarray]) -> None:
+        super().__init__(structure, representative)
+        values = of_springs_only({**structure.parameters, **representative})
+        self.law = structure.storey_law.rules(values)
+        self.variants = structure.storey_law.variants(values)
+        self.forces = replace(structure.storey_law.forces(), is_chain=False, is_lumped=True)
+        self.counts_reversals = structure.storey_law.counts_reversals(values)
+        self.is_sensitive = structure.storey_law.is_sensitive(values)
+        self.has_drift_capacity = "deformation_capacity" in structure.parameters
+        self.damping = "mass_proportional" if structure.damping in ("rayleigh", "mass_proportional") else "none"
+        self.pattern = self._pattern_of(representative)
+
+    def _pattern_of(self, representative: Mapping[str, np.ndarray]) -> Pattern:
+        """Return the pattern of all structures that may be drawn."""
+        structure = self.structure
+        # Entries that are equal for unequal masses are equal in each structure, also if each mass is drawn.
+        random = np.random.default_rng(0)
+        drawn = {name: np.asarray(values) for name, values in representative.items()}
+        count = max((len(values) for values in drawn.values()), default=0)
+        parameters: Arrays = {}
+        for name, value in structure.nominal_values.items():
+            known = (
+                np.resize(drawn[name], (count, *value.shape))
+                if name in drawn
+                else np.tile(value, (count, *value.ndim * (1,)))
+            )
+            factors = random.uniform(0.9, 1.1, (1, *value.shape)) if name in drawn else np.ones((1, *value.shape))
+            parameters[name] = np.concatenate([known.reshape(count, *value.shape), factors * value])
+        matrices = self._matrices(parameters, structure.rayleigh(parameters, self._frequencies(parameters)))
+        tables = {name: table_of(matrix) for name, matrix in matrices.items()}
+        for name in ("stiffness", "damping", "unmoved"):
+            if tables[name].is_empty:
+                tables[name] = Table()
+        is_damped = "damping_coefficient" in parameters or structure.damping in ("rayleigh", "stiffness_proportional")
+        return Pattern(**tables, components=structure.components, has_dashpots=is_damped)
+
+    def _matrices(self, parameters: Arrays, rayleigh: np.ndarray) -> dict[str, np.ndarray]:
+        """Return the matrices of the kernel by the names of the pattern's tables, shape [structure, row, column]."""
+        structure, count = self.structure, len(parameters["mass"])
+        mass = structure.mass_matrices(parameters)
+        inverse = _without_rounding(np.linalg.inv(mass))
+        fixed = {name: structure.matrices.get(name, 0.0) for name in ("stiffness_matrix", "geometric_stiffness")}
+        elastic = fixed["stiffness_matrix"] - fixed["geometric_stiffness"] + np.zeros_like(mass)
+        influence = np.broadcast_to(structure.influence, (count, *structure.influence.shape))
+        drive = influence
+        if structure.load_mass is not None:
+            drive = inverse @ structure.load_masses(parameters) @ influence
+            drive = _near(drive, influence)
+        return {
+            "deformation": np.broadcast_to(structure.directions, (count, *structure.directions.shape)),
+            "inverse_mass": inverse,
+            "stiffness": elastic,
+            "damping": structure.damping_between_dofs(parameters, rayleigh),
+            "drive": drive,
+            "unmoved": influence - drive,
+            "output": np.broadcast_to(structure.output_rows, (count, *structure.output_rows.shape)),
+        }
+
+    def _frequencies(self, parameters: Arrays) -> np.ndarray:
+        """Return the circular frequencies of the elastic structures [rad/s], shape [structure, mode]."""
+        mass, stiffness = self.structure.mass_matrices(parameters), self.structure.stiffness_matrices(parameters)
+        return np.sqrt(undamped(mass, stiffness)[0])
+
+    def _vibration(self, parameters: Arrays, method: Method) -> tuple[np.ndarray, ...]:
+        structure = self.structure
+        frequency = self._frequencies(parameters)
+        rayleigh = structure.rayleigh(parameters, frequency)
+        mass, damping = structure.mass_matrices(parameters), structure.damping_matrices(parameters, rayleigh)
+        eigenvalues = state_eigenvalues(mass, damping, structure.stiffness_matrices(parameters))
+        rate = highest_damping_rate(mass, damping)
+        stable = stable_step_of_eigenvalues(method, eigenvalues, frequency[:, -1], rate)
+        if not self.forces.is_linear:
+            stiffest = structure.storey_law.stiffest(of_springs_only(parameters))
+            tangent = structure.stiffness_matrices(parameters, stiffest)
+            highest = np.sqrt(undamped(mass, tangent)[0][:, -1])
+            relaxation = structure.storey_law.relaxation_rate(of_springs_only(parameters))
+            rate = np.maximum(rate, relaxation.max(axis=-1))
+            stable = stable_step_of_yielding(method, highest, rate, stable)
+        return 2 * np.pi / frequency[:, 0], slowest_decay(eigenvalues), stable, rayleigh.T
+
+    def modes(self, parameters: Arrays, excitation: Excitation, *, is_coupled: bool) -> Modes:
+        """Raise an error: no method of lumped structures integrates modes."""
+        raise NotImplementedError("lumped structures are not integrated by modes")
+
+    def pack(self, parameters: Arrays, rayleigh: np.ndarray) -> Arrays:
+        """Return the arrays of the kernel; the last dimension is the structure."""
+        structures, of_structure = len(parameters["mass"]), self.structure
+        read = of_structure.storey_law.coefficients(of_springs_only(parameters), self.variants)
+        coefficients = np.stack([np.broadcast_to(values, parameters["stiffness"].shape).T for values in read], axis=1)
+        matrices = self._matrices(parameters, rayleigh.T)
+        assert self.pattern is not None
+        terms = [values_in(table, matrices[name]) for name, table in self.pattern.tables.items()]
+        if self.pattern.has_dashpots:
+            terms.append(of_structure.dashpots(parameters, rayleigh.T).T)
+        whole = np.concatenate(terms)
+        packed = {
+            "coefficients": coefficients.reshape(-1, structures),
+            "terms": whole if len(whole) else np.zeros((1, structures)),
+        }
+        if self.has_drift_capacity:
+            with np.errstate(invalid="ignore"):
+                packed["inverse_drift_capacity"] = np.nan_to_num(1 / parameters["deformation_capacity"].T)
+        return packed | ({"mass_damping": rayleigh[:, 0]} if self.damping == "mass_proportional" else {})
+
+
+def _without_rounding(matrices: np.ndarray) -> np.ndarray:
+    """Return symmetric inverse matrices, with 0 where an entry is only rounding, shape [structure, dof, dof]."""
+    matrices = (matrices + matrices.transpose(0, 2, 1)) / 2
+    root = np.sqrt(np.einsum("sii->si", matrices))
+    return np.where(np.abs(matrices) <= ROUNDED * root[:, :, None] * root[:, None, :], 0.0, matrices)
+
+
+def _near(values: np.ndarray, others: np.ndarray) -> np.ndarray:
+    """Return values, replaced by others from which they differ only by rounding."""
+    rounding = 1e-12 * np.abs(others).max()
+    return np.where(np.abs(values - others) <= rounding, others, values)

@@ -1,0 +1,1 @@
+"""Parts of kernels of lumped structures, whose degrees of freedom, springs and outputs are separate."""

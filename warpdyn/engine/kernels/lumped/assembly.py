@@ -1,0 +1,78 @@
+"""Deformations of the springs of a lumped structure, and its accelerations, as statements for this structure alone."""
+
+from warpdyn.engine.kernels.lumped.pattern import products, transposed
+
+FIELDS = {
+    "Structure": {"terms": "float[,]"}
+}  # values of the entries of all matrices, and of dashpots, [value, structure]
+
+
+def wanted(plan):
+    return plan.pattern is not None
+
+
+def names(plan):
+    import warp as wp
+
+    from warpdyn.engine.kernels.loads import LOADS
+    from warpdyn.engine.kernels.plan import DTYPES
+
+    dtype, pattern, is_base = DTYPES[plan.dtype], plan.pattern, LOADS[plan.load].is_base
+    first = first_places(pattern)
+
+    def product(name, vector, target, adds=0, table=None):
+        table = pattern.tables[name] if table is None else table
+        text = products(table, "terms", element(vector), element(target), adds=adds, first=first[name])
+        return text or "pass"
+
+    ground = "base" if pattern.components == 1 else "ground"
+    by_row = transposed(pattern.deformation, plan.dofs)
+    count = pattern.values + pattern.springs * pattern.has_dashpots
+    return {
+        "TERMS": count,
+        "FIRST_DASHPOT": pattern.values,
+        "HAS_UNMOVED": is_base and not pattern.unmoved.is_empty,
+        "IS_SHAKEN": is_base,
+        "term_rows": wp.types.matrix(shape=(max(1, count), plan.lanes), dtype=dtype),
+        "spring_rows": wp.types.matrix(shape=(pattern.springs, plan.lanes), dtype=dtype),
+        "DEFORMATIONS": product("deformation", "us", "deformation"),
+        "DEFORMATION_RATES": product("deformation", "vs", "deformation_rate"),
+        "SPRING_FORCES": product("deformation", "spring_force", "applied", -1, by_row),
+        "ELASTIC_FORCES": product("stiffness", "us", "applied", -1),
+        "VISCOUS_FORCES": product("damping", "vs", "applied", -1),
+        "ACCELERATIONS": product("inverse_mass", "applied", "felt"),
+        "BASE_ACCELERATIONS": product("drive", ground, "shaken"),
+        "UNMOVED_ACCELERATIONS": product("unmoved", ground, "unmoved"),
+    }
+
+
+def element(name):
+    """Return the function from the index of a row to the text of its element in this lane."""
+    return lambda row: f"{name}[j]" if name == "base" else f"{name}[{row}, j]"
+
+
+def first_places(pattern):
+    """Return {name of a table: place of its first value among the terms}."""
+    found, place = {}, 0
+    for name, table in pattern.tables.items():
+        found[name] = place
+        place += table.values
+    return found
+
+
+def gather_springs():
+    for j in range(LANES):
+        DEFORMATIONS
+        DEFORMATION_RATES
+
+
+def gather_forces():
+    for j in range(LANES):
+        SPRING_FORCES
+        ELASTIC_FORCES
+        VISCOUS_FORCES
+        ACCELERATIONS
+        if IS_SHAKEN:
+            BASE_ACCELERATIONS
+        if HAS_UNMOVED:
+            UNMOVED_ACCELERATIONS

@@ -1,0 +1,175 @@
+"""The pattern of a lumped structure: which entries of its matrices are not 0, and the kernel's text of their products.
+
+A kernel contains a statement for each row of a matrix, with a term for each entry that is not 0. The pattern decides
+the text; the values of the entries are arguments of the kernel, so that structures with other values share the kernel.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field, fields
+
+import numpy as np
+
+TERMS_PER_STATEMENT = 3  # so that no line is longer than 120 columns
+UNIT = -1  # place of a value that is 1 in all structures
+
+
+@dataclass(frozen=True)
+class Term:
+    """One entry of a matrix that is not 0.
+
+    Args:
+        column: Its column.
+        sign: Sign of its value: 1 or -1.
+        place: Index of its absolute value among the values of the matrix; UNIT if this is 1.
+    """
+
+    column: int
+    sign: int
+    place: int
+
+
+Rows = tuple[tuple[Term, ...], ...]
+
+
+@dataclass(frozen=True)
+class Table:
+    """The entries of a matrix that are not 0.
+
+    Args:
+        rows: The terms of each row.
+        values: Number of different values of the terms, without units.
+    """
+
+    rows: Rows = ()
+    values: int = 0
+
+    @property
+    def is_empty(self) -> bool:
+        """Whether all entries are 0."""
+        return not any(self.rows)
+
+
+@dataclass(frozen=True)
+class Pattern:
+    """The pattern of a lumped structure, part of a kernel's plan.
+
+    Args:
+        deformation: Deformations of the springs, from displacements of the degrees of freedom, [spring, dof].
+        inverse_mass: Inverse mass matrix, [dof, dof].
+        stiffness: Elastic stiffness minus geometric stiffness, without the springs, [dof, dof].
+        damping: Damping matrix, without the dashpots of the springs, [dof, dof].
+        drive: M^-1 times the load mass times the influence matrix, [dof, component].
+        unmoved: Influence matrix minus `drive`, [dof, component]; empty if the load mass is the mass matrix.
+        output: Outputs, from displacements of the degrees of freedom, [output, dof].
+        components: Number of components of the base motion.
+        has_dashpots: Whether a spring has a dashpot.
+    """
+
+    deformation: Table
+    inverse_mass: Table
+    stiffness: Table = field(default_factory=Table)
+    damping: Table = field(default_factory=Table)
+    drive: Table = field(default_factory=Table)
+    unmoved: Table = field(default_factory=Table)
+    output: Table = field(default_factory=Table)
+    components: int = 1
+    has_dashpots: bool = False
+
+    @property
+    def springs(self) -> int:
+        """Number of springs."""
+        return len(self.deformation.rows)
+
+    @property
+    def tables(self) -> dict[str, Table]:
+        """The tables by name."""
+        found = {each.name: getattr(self, each.name) for each in fields(self)}
+        return {name: table for name, table in found.items() if isinstance(table, Table)}
+
+    @property
+    def values(self) -> int:
+        """Number of values of all tables."""
+        return sum(table.values for table in self.tables.values())
+
+
+def table_of(matrices: np.ndarray) -> Table:
+    """Return the table of a matrix of some structures.
+
+    Args:
+        matrices: The matrix of each structure, shape [structure, row, column]. Entries whose absolute values are equal
+            in all structures share a value.
+    """
+    places: dict[bytes, int] = {}
+    rows: list[tuple[Term, ...]] = []
+    for row in range(matrices.shape[1]):
+        terms = []
+        for column in np.flatnonzero(np.any(matrices[:, row], axis=0)):
+            entry = matrices[:, row, column]
+            sign = -1 if (entry <= 0).all() else 1
+            own = sign * entry
+            place = UNIT if (own == 1).all() else places.setdefault(own.tobytes(), len(places))
+            terms.append(Term(int(column), sign, place))
+        rows.append(tuple(terms))
+    return Table(tuple(rows), len(places))
+
+
+def products(
+    table: Table,
+    name: str,
+    factor: Callable[[int], str],
+    target: Callable[[int], str],
+    *,
+    adds: int = 0,
+    first: int = 0,
+) -> str:
+    """Return statements that compute the product of a matrix and a vector, one or more for each row.
+
+    Args:
+        table: The matrix.
+        name: Variable with its values, [value, lane].
+        factor: Function from a column to the text of the vector's element.
+        target: Function from a row to the text of the result's element.
+        adds: 0: the result is set, also in rows without entries; 1 or -1: the product is added or subtracted.
+        first: Place of the first value of the matrix in the variable.
+    """
+    lines = []
+    for row, terms in enumerate(table.rows):
+        if not terms and not adds:
+            lines.append(f"{target(row)} = dtype(0.0)")
+        for begin in range(0, len(terms), TERMS_PER_STATEMENT):
+            text = ""
+            for term in terms[begin : begin + TERMS_PER_STATEMENT]:
+                value = factor(term.column)
+                product = value if term.place == UNIT else f"{name}[{first + term.place}, j] * {value}"
+                sign = term.sign if adds >= 0 else -term.sign
+                if text:
+                    text += f" + {product}" if sign > 0 else f" - {product}"
+                else:
+                    text = product if sign > 0 else f"-{product}"
+            word = "=" if begin == 0 and not adds else "+="
+            lines.append(f"{target(row)} {word} {text}")
+    return "\n".join(lines)
+
+
+def transposed(table: Table, columns: int) -> Table:
+    """Return the transpose of a matrix with this number of columns."""
+    rows: list[list[Term]] = [[] for _ in range(columns)]
+    for row, terms in enumerate(table.rows):
+        for term in terms:
+            rows[term.column].append(Term(row, term.sign, term.place))
+    return Table(tuple(map(tuple, rows)), table.values)
+
+
+def values_in(table: Table, matrices: np.ndarray) -> np.ndarray:
+    """Return the values of a table's terms, shape [value, structure].
+
+    Args:
+        table: The table, of structures with the same pattern.
+        matrices: The matrix of each structure, shape [structure, row, column].
+    """
+    found = np.zeros((table.values, len(matrices)))
+    for row, terms in enumerate(table.rows):
+        for term in terms:
+            if term.place != UNIT:
+                found[term.place] = term.sign * matrices[:, row, term.column]
+    return found

@@ -1,0 +1,128 @@
+"""Collapse of a lumped structure: a sample ends when the deformation of a spring exceeds its capacity.
+
+The instant of collapse, and the status if the deformation changes by more than half the capacity in the last step, are
+those of `parts/collapse.py`. Peaks of deformations count up to the instant of collapse, other peaks up to the last
+state before it.
+"""
+
+from warpdyn.engine.kernels.parts.collapse import share_beyond
+
+order = 10
+
+BORROWS = {"spring": ("peak_deformation",)}
+FIELDS = {
+    "Structure": {"inverse_drift_capacity": "float[,]"},  # of the springs, [spring, structure]; 0: no capacity
+    "Output": {"time_of_collapse": "float[]", "spring_of_collapse": "int32[]"},
+}
+
+
+def wanted(plan):
+    return plan.collapses and plan.pattern is not None
+
+
+def names(plan):
+    import warp as wp
+
+    from warpdyn.engine.kernels.plan import DTYPES
+
+    return {"longest_move": wp.constant(DTYPES[plan.dtype](0.5))}
+
+
+def values_held(plan):
+    return 2 * plan.pattern.springs + 5
+
+
+def declare():
+    inverse_capacity = spring_rows()  # 0: no capacity
+    earlier_deformation = spring_rows()  # at the start of the step
+    over = row()  # the largest ratio of deformation to capacity
+    collapse_time = row()  # negative before the collapse
+    collapse_spring = row()  # counted from 1
+    past_share = row()  # share of the last step that follows the collapse
+    move = row()  # largest change of a deformation in that step over its capacity, among springs that passed it
+    stands = row()  # 1; 0 once the lane has collapsed
+    last_interval = indices()  # the last interval whose states are recorded
+
+
+def read_spring():
+    inverse_capacity[i, j] = structures.inverse_drift_capacity[i, s]
+
+
+def start():
+    for j in range(LANES):
+        collapse_time[j] = dtype(-1.0)
+        stands[j] = dtype(1.0)
+        last_interval[j] = live_intervals[j]
+    for i in range(SPRINGS):
+        for j in range(LANES):
+            if wp.abs(deformation[i, j]) * inverse_capacity[i, j] > dtype(1.0):
+                collapse_time[j] = dtype(0.0)
+                collapse_spring[j] = dtype(i + 1)
+                last_interval[j] = int(0)
+
+
+def begin_interval():
+    standing = int(0)
+    for j in range(LANES):
+        if interval <= last_interval[j]:
+            standing = 1
+
+
+def stop_lane():
+    if collapse_time[j] >= dtype(0.0):
+        h[j] = dtype(0.0)
+
+
+def see_spring():
+    earlier_deformation[i, j] = drift
+
+
+def end_step():
+    some_pass = int(0)
+    for j in range(LANES):
+        over[j] = dtype(0.0)
+        if collapse_time[j] >= dtype(0.0):
+            stands[j] = dtype(0.0)
+    for i in range(SPRINGS):
+        for j in range(LANES):
+            over[j] = larger(over[j], wp.abs(deformation[i, j]) * inverse_capacity[i, j])
+    for j in range(LANES):
+        some_pass = some_pass | wp.where(over[j] * stands[j] > dtype(1.0), 1, 0)
+    if some_pass > 0:
+        for j in range(LANES):
+            if over[j] * stands[j] > dtype(1.0):
+                slot("collapse_here")
+
+
+def collapse_here():
+    for i in range(SPRINGS):
+        share = share_beyond(earlier_deformation[i, j], deformation[i, j], inverse_capacity[i, j])
+        if share > dtype(0.0):
+            change = wp.abs(deformation[i, j] - earlier_deformation[i, j]) * inverse_capacity[i, j]
+            move[j] = wp.max(move[j], change)
+        if share > past_share[j]:
+            past_share[j] = share
+            collapse_spring[j] = dtype(i + 1)
+    if SPRING:
+        for i in range(SPRINGS):
+            change = deformation[i, j] - earlier_deformation[i, j]
+            at_collapse = wp.abs(deformation[i, j] - past_share[j] * change)
+            peak_deformation[i, j] = wp.max(peak_deformation[i, j], at_collapse)
+    collapse_time[j] = dtype(index + 1) * step[j] - past_share[j] * h[j]
+    stands[j] = dtype(0.0)
+    last_interval[j] = interval + 1
+    h[j] = dtype(0.0)
+
+
+def judge_demand():
+    if collapse_time[j] >= dtype(0.0):
+        status = collapsed
+        if move[j] > longest_move:
+            status = unstable_step
+
+
+def write():
+    if collapse_time[j] >= dtype(0.0):
+        output.time_of_collapse[o] = collapse_time[j]
+    if status == collapsed:
+        output.spring_of_collapse[o] = int(collapse_spring[j]) - 1

@@ -1,0 +1,45 @@
+"""The largest deformation and force of every spring of a lumped structure."""
+
+from warpdyn.foundations.core.output_variables import Variable
+
+order = 0
+VARIABLES = {
+    "lumped": {
+        "peak_spring_deformation": Variable(("spring",), "m", "peak absolute deformation of the spring"),
+        "peak_spring_force": Variable(("spring",), "N", "peak absolute force of the spring's law"),
+    },
+}
+
+
+def wanted(plan):
+    return "spring" in plan.recorders
+
+
+def values_held(plan):
+    return 2 * plan.springs_of_thread
+
+
+def declare():
+    peak_deformation = spring_rows()
+    peak_force = spring_rows()
+
+
+def see_spring():
+    size = wp.abs(drift)
+    size_of_force = wp.abs(restoring)
+    if SPRING_COLLAPSE:
+        size = size * stands[j]
+        size_of_force = size_of_force * stands[j]
+    peak_deformation[i, j] = larger(peak_deformation[i, j], size)
+    peak_force[i, j] = larger(peak_force[i, j], size_of_force)
+
+
+def restart_recorders():
+    for i in range(SPRINGS):
+        peak_deformation[i, j] = dtype(0.0)
+        peak_force[i, j] = dtype(0.0)
+
+
+def finish_spring():
+    output.peak_spring_deformation[i, o] = peak_deformation[i, j]
+    output.peak_spring_force[i, o] = peak_force[i, j]

@@ -1,0 +1,178 @@
+"""The skeleton for lumped structures under explicit methods: degrees of freedom, springs and outputs are separate.
+
+A stage computes the deformations of all springs from the displacements, then the forces of all springs by their laws,
+and then the accelerations from these forces. The first and the last of these steps consist of one statement for each
+spring or degree of freedom, which names only entries that are not 0 (see kernels/lumped/pattern.py).
+"""
+
+from __future__ import annotations
+
+from warpdyn.engine.device.processor import align_rows
+from warpdyn.engine.kernels.plan import Plan, tableau
+from warpdyn.engine.laws.springs import spring_row
+
+
+def names(plan: Plan) -> dict[str, object]:
+    """Return the constants, types and functions in the skeleton's text."""
+    method, law = tableau(plan), spring_row(plan.law)
+    is_mapping = law.return_mapping is not None
+    return {
+        "STAGES": method.stages,
+        "weight": method.weight,
+        "node": method.node,
+        "ONCE": True,
+        "KEEPS_SLOPES": method.keeps_slopes,
+        # The stage's state includes the memory of laws with a rate.
+        "TAKES_MEMORY": law.rate is not None,
+        # If the last stage is at the end of the step, its memory is the memory at the end of the step.
+        "MAPS_IN_STAGE": is_mapping and law.rate is None and method.ends_in_stage,
+        "HANDS_DOWN": False,
+    }
+
+
+def visit_spring():
+    """Evaluate the force of spring i in a stage."""
+    slot("before_storey")
+    for j in range(LANES):
+        drift = deformation[i, j]
+        rate = deformation_rate[i, j]
+        slot("storey_coefficients")
+        slot("memory_of_stage")
+        if not HAS_RESTORE:
+            f = force_of(drift, memory, c)
+        slot("restore")
+        restoring = f
+        if HAS_ADD_TO_DASHPOT:
+            dashpot = dtype(0.0)
+            slot("add_to_dashpot")
+            f += dashpot
+        if stage == 0:
+            slot("see_spring")
+        spring_force[i, j] = f
+        slot("end_spring")
+
+
+def integrate_lumped(
+    first: int, control: Control, samples: Samples, structures: Structure, loads: Load, output: Output, history: History
+):
+    align_rows()
+    block = first + wp.tid()
+    coefficients = table()
+    terms = term_rows()  # values of the entries of all matrices
+    u = matrix()  # accepted state: displacement and velocity of degrees of freedom, memory of springs
+    v = matrix()
+    z = memories()
+    us = matrix()  # this stage's state
+    vs = matrix()
+    zs = memories()
+    un = matrix()  # slopes summed up stage by stage, then the next accepted state
+    vn = matrix()
+    zn = memories()
+    deformation = spring_rows()  # of this stage, or of the accepted state
+    deformation_rate = spring_rows()
+    spring_force = spring_rows()
+    applied = matrix()  # forces on the degrees of freedom
+    felt = matrix()  # accelerations by these forces
+    shaken = matrix()  # accelerations by the base motion
+    unmoved = matrix()  # base accelerations minus these
+    h = row()  # the step, 0 for a lane that has finished
+    slot("declare")
+    for j in range(LANES):
+        slot("read_lane")
+        slot("read_sample")
+        for q in range(TERMS):
+            terms[q, j] = structures.terms[q, s]
+        for i in range(SPRINGS):
+            for q in range(C):
+                coefficients[i * C + q, j] = structures.coefficients[i * C + q, s]
+            slot("read_spring")
+        for i in range(N):
+            u[i, j] = loads.initial_displacement[i]
+            v[i, j] = loads.initial_velocity[i]
+            slot("read_storey")
+            us[i, j] = u[i, j]
+            vs[i, j] = v[i, j]
+            slot("start_row")
+    inverse_substeps = dtype(1.0) / dtype(substeps)
+    slot("gather_springs")
+    slot("push_springs")
+    slot("start")
+    # One interval more than the longest run: its first stage records the last state.
+    for interval in range(intervals + 1):
+        slot("begin_interval")
+        if SPRING_COLLAPSE:
+            if standing == 0:
+                break
+        for j in range(LANES):
+            # A lane that has finished waits for the others with a step of zero: its state and sums do not change.
+            h[j] = wp.where(interval < live_intervals[j], step[j], dtype(0.0))
+            slot("stop_lane")
+            slot("settle_lane")
+        slot("in_interval")
+        for substep in range(substeps):
+            index = interval * substeps + substep
+            slot("begin_step")
+            for stage in range(STAGES):
+                slot("begin_stage")
+                if stage > 0:
+                    slot("gather_springs")
+                for j in range(LANES):
+                    slot("begin_walk")
+                for i in range(SPRINGS):
+                    slot("visit_spring")
+                for i in range(N):
+                    for j in range(LANES):
+                        net = dtype(0.0)
+                        slot("add_load")
+                        applied[i, j] = net
+                slot("gather_forces")
+                for i in range(N):
+                    for j in range(LANES):
+                        vi = vs[i, j]
+                        ai = felt[i, j]
+                        slot("add_to_acceleration")
+                        moving = ai - shaken[i, j]
+                        if stage == 0:
+                            if HAS_UNMOVED:
+                                ai += unmoved[i, j]
+                            slot("see_forces")
+                        ai = moving
+                        slot("end_storey")
+                    slot("after_storey")
+                if stage == 0:
+                    slot("see_state")
+                slot("end_stage")
+            slot("end_stages")
+            if not KEEPS_SLOPES:
+                for i in range(N):
+                    for j in range(LANES):
+                        u[i, j] += h[j] * un[i, j]
+                        v[i, j] += h[j] * vn[i, j]
+                        un[i, j] = dtype(0.0)
+                        vn[i, j] = dtype(0.0)
+                        us[i, j] = u[i, j]
+                        vs[i, j] = v[i, j]
+            slot("end_attempt")
+            slot("accept_springs")
+            slot("gather_springs")
+            slot("end_step")
+    for j in range(LANES):
+        o = samples.order[sample[j]]
+        total = dtype(0.0)
+        slot("finish")
+        for i in range(N):
+            total += u[i, j] + v[i, j]
+            slot("finish_storey")
+        for i in range(SPRINGS):
+            for m in range(M):
+                total += z[i * M + m, j]
+            slot("finish_spring")
+        slot("after_finish")
+        status = ok
+        slot("judge_demand")
+        slot("judge_state")
+        if not wp.isfinite(total):  # a sum with an infinite value or NaN is not finite
+            status = diverged
+        slot("judge_step")
+        output.status[o] = status
+        slot("write")

@@ -1,0 +1,1 @@
+"""Road profiles, and the motions of vehicles on them."""

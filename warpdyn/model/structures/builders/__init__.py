@@ -1,0 +1,1 @@
+"""Lumped structures from the properties of buildings, tanks and vehicles."""

@@ -1,0 +1,65 @@
+"""Lumped structures in other degrees of freedom, or with additional ones."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from copy import copy
+from typing import Any
+
+import numpy as np
+
+from warpdyn.model.structures.lumped.spring import Spring
+from warpdyn.model.structures.lumped.structure import LumpedStructure
+
+
+def arguments_after(structure: LumpedStructure, dofs: Sequence[str], old: np.ndarray) -> dict[str, Any]:
+    """Return arguments of a LumpedStructure with other degrees of freedom, except for masses and influence.
+
+    Inherent damping becomes a matrix, because proportional or modal damping of the new structure would be different.
+
+    Args:
+        structure: The structure.
+        dofs: Names of the new degrees of freedom.
+        old: Displacements of the old degrees of freedom per unit displacement of each new one, shape [old, new].
+    """
+
+    def placed(matrix: np.ndarray) -> np.ndarray:
+        return old.T @ matrix @ old
+
+    def row_in_new(row: Mapping[str, float]) -> dict[str, float]:
+        given = np.array([row.get(dof, 0.0) for dof in structure.dof_names])
+        return {dof: float(value) for dof, value in zip(dofs, given @ old, strict=True) if value}
+
+    found: dict[str, Any] = {
+        name: placed(structure.matrices[name])
+        for name in ("stiffness_matrix", "geometric_stiffness")
+        if name in structure.matrices
+    }
+    damping = inherent_damping(structure)
+    if damping.any():
+        found["damping_matrix"] = placed(damping)
+    springs: list[Spring] = []
+    for spring in structure.springs:
+        moved = copy(spring)
+        moved.direction = row_in_new(spring.direction)
+        springs.append(moved)
+    outputs = {name: row_in_new(row) for name, row in structure.outputs.items()}
+    return found | {"springs": springs, "outputs": outputs}
+
+
+def values_of_one(structure: LumpedStructure) -> dict[str, np.ndarray]:
+    """Return the parameters of a structure with a first dimension of length 1."""
+    return {name: values[None] for name, values in structure.parameters.items()}
+
+
+def whole_mass(structure: LumpedStructure) -> np.ndarray:
+    """Return the mass matrix [kg], shape [dof, dof]."""
+    return structure.mass_matrices(values_of_one(structure))[0]
+
+
+def inherent_damping(structure: LumpedStructure) -> np.ndarray:
+    """Return the damping matrix without the dashpots of the springs [N s/m], shape [dof, dof]."""
+    one = values_of_one(structure)
+    dashpots = one.get("damping_coefficient", np.zeros((1, len(structure.springs))))
+    found: np.ndarray = structure.central_matrices(structure.parameters)["damping"] - structure.of_springs(dashpots)[0]
+    return np.where(np.abs(found) > 1e-13 * np.abs(found).max(), found, 0.0)

@@ -1,0 +1,114 @@
+"""Values per storey, and the springs that one frame, or one law, has in each storey."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from warpdyn.engine.laws.law import Law
+from warpdyn.engine.laws.lookup import laws_and_values
+from warpdyn.foundations.core.checks import finite_numbers
+from warpdyn.foundations.core.units import STANDARD_GRAVITY
+from warpdyn.model.structures.lumped.spring import Spring
+
+LawOfStoreys = str | Law | type[Law]
+
+
+def storey_values(what: str, given: ArrayLike, storeys: int, units: str, *, least: float | None = None) -> np.ndarray:
+    """Return one value per storey, shape [storey]; a single value applies to all storeys.
+
+    Args:
+        what: Name of the argument, for messages.
+        given: One value, or one per storey from the ground up.
+        storeys: Number of storeys.
+        units: Units, for messages.
+        least: Smallest allowed value; None: values must be above 0.
+    """
+    values = finite_numbers(what, given, units)
+    if values.ndim > 1 or values.size not in (1, storeys):
+        raise ValueError(
+            f"{what} must be one value or one per storey ({storeys}), from the ground up, got shape "
+            f"{list(values.shape)}"
+        )
+    values = np.array(np.broadcast_to(values.ravel(), storeys))
+    for bad in np.flatnonzero(values <= 0 if least is None else values < least):
+        bound = "above 0" if least is None else f"at least {least:g}"
+        raise ValueError(f"{what} of storey {bad + 1} is {values[bad]:g} {units}; it must be {bound}")
+    return values
+
+
+def floor_masses(given: ArrayLike) -> np.ndarray:
+    """Return the floor masses [kg], shape [floor], or raise a ValueError that names the floor."""
+    masses = finite_numbers("floor_mass", given, "kg")
+    if masses.ndim != 1 or not masses.size:
+        raise ValueError(
+            f"floor_mass must be a list with one value per floor, from the first floor up, got shape "
+            f"{list(masses.shape)}"
+        )
+    for bad in np.flatnonzero(masses <= 0):
+        raise ValueError(f"floor_mass of floor {bad + 1} is {masses[bad]:g} kg; it must be above 0")
+    return masses
+
+
+def storey_springs(
+    what: str,
+    names: Sequence[str],
+    directions: Sequence[Mapping[str, float]],
+    stiffness: np.ndarray,
+    law: LawOfStoreys,
+    parameters: Mapping[str, ArrayLike],
+) -> list[Spring]:
+    """Return one spring per storey, all with the same law.
+
+    Args:
+        what: Name of the frame or building, for messages.
+        names: Name of each spring.
+        directions: Direction of each spring.
+        stiffness: Initial stiffness of each spring [N/m], shape [storey].
+        law: The storey law.
+        parameters: Parameters of the law, and `damping_coefficient` and `deformation_capacity`: one value each, or one
+            per storey.
+    """
+    try:
+        laws, own = laws_and_values(law, parameters)
+    except ValueError as error:
+        raise ValueError(f"{what}: {error}") from None
+    if len(laws) != 1:
+        raise ValueError(f"{what}: law must be one law for all storeys; give parameters with one value per storey")
+    values = {
+        name: storey_values(f"{what}: {name}", value, len(names), "", least=-np.inf)
+        for name, value in {**parameters, **own}.items()
+    }
+    return [
+        Spring(
+            name,
+            directions[storey],
+            law=laws[0],
+            stiffness=stiffness[storey],
+            **{key: float(value[storey]) for key, value in values.items()},
+        )
+        for storey, name in enumerate(names)
+    ]
+
+
+def axial_forces(gravity_load: ArrayLike | str | None, floor_mass: np.ndarray) -> np.ndarray | None:
+    """Return the axial force of each storey [N], shape [storey]; None: no P-Delta.
+
+    Args:
+        gravity_load: Vertical load of each floor [N], "weight" for the weight of the floor masses, or None.
+        floor_mass: Floor masses [kg], shape [floor].
+    """
+    if gravity_load is None:
+        return None
+    if isinstance(gravity_load, str):
+        if gravity_load != "weight":
+            raise ValueError(
+                f"gravity_load is {gravity_load!r}: give 'weight' (floor masses times {STANDARD_GRAVITY} m/s2), or the "
+                "vertical load of each floor in N"
+            )
+        loads = floor_mass * STANDARD_GRAVITY
+    else:
+        loads = storey_values("gravity_load", gravity_load, floor_mass.size, "N", least=0.0)
+    return np.cumsum(loads[::-1])[::-1]

@@ -1,0 +1,1 @@
+"""Structures with separate degrees of freedom and springs."""

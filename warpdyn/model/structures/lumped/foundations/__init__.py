@@ -1,0 +1,1 @@
+"""Soil-structure interaction: springs and dashpots of foundations, cone models, and periods and damping on soil."""

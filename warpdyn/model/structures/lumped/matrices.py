@@ -1,0 +1,126 @@
+"""Matrices of lumped structures with drawn parameters."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from warpdyn.model.structures.lumped.damping import rayleigh_factors
+from warpdyn.model.structures.lumped.names import row_of
+from warpdyn.model.structures.lumped.spring import Spring
+
+Values = Mapping[str, np.ndarray]
+OF_DOFS = ("mass",)  # parameters with one value per degree of freedom; others have one per spring or per structure
+
+
+class LumpedMatrices:
+    """Methods of a LumpedStructure that return matrices; `values` are parameters with the first dimension structure."""
+
+    dof_names: tuple[str, ...]
+    springs: tuple[Spring, ...]
+    matrices: Mapping[str, np.ndarray]
+    load_mass: np.ndarray | None
+    outputs: Mapping[str, Mapping[str, float]]
+    damping: str
+    damping_modes: tuple[int, int] | None
+
+    @property
+    def directions(self) -> np.ndarray:
+        """Coefficients of the springs' deformations, shape [spring, dof]."""
+        return np.stack([row_of(spring.direction, self.dof_names) for spring in self.springs])
+
+    @property
+    def output_rows(self) -> np.ndarray:
+        """Coefficients of the outputs, shape [output, dof]."""
+        rows: Sequence[np.ndarray] = [row_of(row, self.dof_names) for row in self.outputs.values()]
+        return np.stack(rows) if rows else np.zeros((0, len(self.dof_names)))
+
+    def mass_matrices(self, values: Values) -> np.ndarray:
+        """Return the mass matrices [kg], shape [structure, dof, dof]."""
+        found: np.ndarray = values["mass"][:, :, None] * np.eye(len(self.dof_names))
+        return found + self.matrices.get("mass_matrix", 0.0)
+
+    def load_masses(self, values: Values) -> np.ndarray:
+        """Return the mass matrices of the load [kg], shape [structure or 1, dof, dof]."""
+        return self.mass_matrices(values) if self.load_mass is None else self.load_mass[None]
+
+    def of_springs(self, per_spring: np.ndarray) -> np.ndarray:
+        """Return the matrix of springs with these stiffnesses or dashpots, shape [structure, dof, dof].
+
+        Args:
+            per_spring: Stiffness [N/m] or damping coefficient [N s/m], shape [structure, spring].
+        """
+        rows = self.directions
+        found: np.ndarray = np.einsum("ki,sk,kj->sij", rows, per_spring, rows, optimize=True)
+        return found
+
+    def stiffness_matrices(
+        self, values: Values, per_spring: np.ndarray | None = None, *, has_gravity: bool = True
+    ) -> np.ndarray:
+        """Return the stiffness matrices [N/m], shape [structure, dof, dof].
+
+        Args:
+            values: Parameter values.
+            per_spring: Stiffness of the springs [N/m], shape [structure, spring]; None: the initial stiffness.
+            has_gravity: Whether the geometric stiffness is subtracted.
+        """
+        found = self.of_springs(values["stiffness"] if per_spring is None else per_spring)
+        found = found + self.matrices.get("stiffness_matrix", 0.0)
+        return found - self.matrices.get("geometric_stiffness", 0.0) if has_gravity else found
+
+    def rayleigh(self, values: Values, frequency: np.ndarray) -> np.ndarray:
+        """Return the factors of mass [1/s] and stiffness [s], shape [2, structure]; `frequency`: [structure, mode]."""
+        return rayleigh_factors(self.damping, self.damping_modes, values, frequency)
+
+    def dashpots(self, values: Values, rayleigh: np.ndarray) -> np.ndarray:
+        """Return the coefficients of the springs' dashpots [N s/m], shape [structure, spring]."""
+        own = values.get("damping_coefficient", 0.0)
+        return own + rayleigh[1][:, None] * values["stiffness"]
+
+    def damping_between_dofs(self, values: Values, rayleigh: np.ndarray) -> np.ndarray:
+        """Return the damping matrices without dashpots and without the part in proportion to the mass [N s/m]."""
+        count, dofs = len(values["mass"]), len(self.dof_names)
+        found = np.zeros((count, dofs, dofs)) + self.matrices.get("damping_matrix", 0.0)
+        if "stiffness_matrix" in self.matrices:
+            found = found + rayleigh[1][:, None, None] * self.matrices["stiffness_matrix"]
+        if self.damping == "modal":
+            mass = self.mass_matrices(values)
+            squared, shape = undamped(mass, self.stiffness_matrices(values))
+            momentum = mass @ shape
+            ratio = values["damping_ratio"][:, None] * 2 * np.sqrt(squared)
+            found = found + (momentum * ratio[:, None, :]) @ momentum.transpose(0, 2, 1)
+        return found
+
+    def damping_matrices(self, values: Values, rayleigh: np.ndarray) -> np.ndarray:
+        """Return the damping matrices at rest [N s/m], shape [structure, dof, dof]."""
+        found = self.damping_between_dofs(values, rayleigh) + self.of_springs(self.dashpots(values, rayleigh))
+        return found + rayleigh[0][:, None, None] * self.mass_matrices(values)
+
+    def central_matrices(self, values: Values) -> dict[str, np.ndarray]:
+        """Return mass, stiffness and damping matrix of one structure; `values` have no dimension structure."""
+        one = {name: np.asarray(each)[None] for name, each in values.items()}
+        mass, stiffness = self.mass_matrices(one), self.stiffness_matrices(one)
+        damping = self.damping_matrices(one, self.rayleigh(one, np.sqrt(undamped(mass, stiffness)[0])))
+        return {"mass": mass[0], "stiffness": stiffness[0], "damping": damping[0]}
+
+
+def of_springs_only(values: Values) -> dict[str, np.ndarray]:
+    """Return the parameters without those that have one value per degree of freedom, for the laws of the springs."""
+    return {name: each for name, each in values.items() if name not in OF_DOFS}
+
+
+def undamped(mass: np.ndarray, stiffness: np.ndarray, *, is_clipped: bool = True) -> tuple[np.ndarray, np.ndarray]:
+    """Return squared circular frequencies [rad2/s2] and shapes of unit modal mass of many structures.
+
+    Args:
+        mass: Mass matrices [kg], positive definite, shape [structure, dof, dof].
+        stiffness: Stiffness matrices [N/m], shape [structure, dof, dof].
+        is_clipped: Whether negative squared frequencies are replaced by 0.
+
+    Returns:
+        Squared frequencies, [structure, mode]; shapes, [structure, dof, mode].
+    """
+    lower = np.linalg.inv(np.linalg.cholesky(mass))
+    squared, vectors = np.linalg.eigh(lower @ stiffness @ lower.transpose(0, 2, 1))
+    return np.maximum(squared, 0.0) if is_clipped else squared, lower.transpose(0, 2, 1) @ vectors

@@ -1,0 +1,56 @@
+"""Checks of names of degrees of freedom, and of matrices and vectors along them."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping, Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from warpdyn.foundations.core.checks import checked_text, finite_numbers, real_number, shortened
+from warpdyn.foundations.core.near_misses import did_you_mean
+
+SYMMETRIC_WITHIN = 1e-9  # difference of two mirrored entries over the largest entry
+
+
+def checked_coefficients(what: str, given: object) -> dict[str, float]:
+    """Return {degree of freedom: coefficient}, or raise an error that names the argument."""
+    if not isinstance(given, Mapping):
+        raise TypeError(f"{what} must be a dictionary, such as {{'x': 1.0}}, got {shortened(given)}")
+    return {checked_text(f"{what}: a name", dof): real_number(f"{what}[{dof!r}]", each) for dof, each in given.items()}
+
+
+def check_known(what: str, given: Collection[str], dofs: Sequence[str]) -> None:
+    """Raise a ValueError if one of the names is not that of a degree of freedom."""
+    for name in given:
+        if name not in dofs:
+            listed = ", ".join(map(repr, dofs[:12])) + (" ..." if len(dofs) > 12 else "")
+            raise ValueError(
+                f"{what} names the unknown degree of freedom {name!r}{did_you_mean(name, list(dofs))}; there are "
+                f"{listed}"
+            )
+
+
+def row_of(given: Mapping[str, float], dofs: Sequence[str]) -> np.ndarray:
+    """Return coefficients as a vector, shape [dof]."""
+    return np.array([given.get(dof, 0.0) for dof in dofs])
+
+
+def checked_matrix(name: str, given: ArrayLike, dofs: Sequence[str], units: str) -> np.ndarray:
+    """Return a symmetric matrix over the degrees of freedom, or raise a ValueError."""
+    matrix = finite_numbers(name, given, units)
+    if matrix.shape != (len(dofs), len(dofs)):
+        raise ValueError(
+            f"{name} must have a row and a column for each of the {len(dofs)} degrees of freedom, shape "
+            f"[{len(dofs)}, {len(dofs)}], got {list(matrix.shape)}"
+        )
+    gap = np.abs(matrix - matrix.T)
+    if gap.max() > SYMMETRIC_WITHIN * np.abs(matrix).max():
+        row, column = np.unravel_index(gap.argmax(), gap.shape)
+        raise ValueError(
+            f"{name} is not symmetric: [{dofs[row]!r}, {dofs[column]!r}] is {matrix[row, column]:g}, but "
+            f"[{dofs[column]!r}, {dofs[row]!r}] is {matrix[column, row]:g}; both must be equal"
+        )
+    matrix = (matrix + matrix.T) / 2
+    matrix.flags.writeable = False
+    return matrix

@@ -1,0 +1,369 @@
+"""Lumped structures: named degrees of freedom, connected by springs; checked when they are built."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from numpy.typing import ArrayLike
+
+from warpdyn.engine.laws import Parameter
+from warpdyn.engine.laws.building_law import BuildingLaw
+from warpdyn.foundations.core.checks import checked_text, real_number, shortened
+from warpdyn.foundations.core.frozen_values import FrozenMapping
+from warpdyn.foundations.core.near_misses import with_suggestions
+from warpdyn.model.structures.damping import DAMPING_RATIO
+from warpdyn.model.structures.lumped.damping import checked_damping
+from warpdyn.model.structures.lumped.matrices import OF_DOFS, LumpedMatrices, of_springs_only, undamped
+from warpdyn.model.structures.lumped.names import check_known, checked_coefficients, checked_matrix, row_of
+from warpdyn.model.structures.lumped.spring import Spring
+from warpdyn.model.structures.modal import modal_properties
+from warpdyn.model.structures.structure import Structure
+
+MOST_DOFS, MOST_SPRINGS = 64, 128
+MOST_COMPONENTS = 6  # of the base motion
+LEAST_OF_STIFFNESS = 1e-13  # least squared frequency of a structure that cannot move freely, over the highest one
+LEAST_OF_MASS = 1e-12  # least eigenvalue of the mass matrix, scaled to a diagonal of ones
+OF_STRUCTURE = ("damping_ratio",)
+MATRICES = {  # with their units
+    "mass_matrix": "kg",
+    "stiffness_matrix": "N/m",
+    "damping_matrix": "N s/m",
+    "geometric_stiffness": "N/m",
+}
+
+
+@with_suggestions
+class LumpedStructure(LumpedMatrices, Structure):
+    """A structure with at most 64 named degrees of freedom (DOFs), connected by at most 128 springs of any storey law.
+
+    M q'' + C q' + spring forces + (K - K_geometric) q = -M_load I a(t), with the influence matrix I and the base
+    accelerations a(t). Displacements q are relative to the base.
+
+    Args:
+        mass: Mass of each degree of freedom, {name: mass}: [kg] for a translation, [kg m2] for a rotation.
+        springs: The springs.
+        influence: Displacement of each degree of freedom under a unit displacement of the base [1], {name: value}; for
+            several components of base motion a list of such dictionaries. Missing degrees of freedom have 0. None: 1
+            for each degree of freedom.
+        mass_matrix: Matrix that is added to the masses [kg], symmetric, shape [dof, dof]: an inerter, or the coupling
+            between degrees of freedom that are not at the centre of mass.
+        load_mass: Mass matrix [kg] of the load, shape [dof, dof], or its diagonal, shape [dof]; None: the mass matrix.
+            An inerter belongs to the mass matrix, but not to the load.
+        stiffness_matrix: Elastic stiffness in addition to the springs [N/m], symmetric, shape [dof, dof].
+        damping_matrix: Viscous damping in addition to `damping` [N s/m], symmetric, shape [dof, dof].
+        geometric_stiffness: Stiffness that gravity takes away [N/m], symmetric, shape [dof, dof].
+        outputs: Outputs as linear combinations of the displacements [m], or of displacements times a stiffness [N],
+            {name: {degree of freedom: coefficient}}.
+        damping: Inherent damping:
+            "none";
+            "rayleigh" (`damping_ratio` in the two modes `damping_modes`; in proportion to mass and initial stiffness
+            without the geometric stiffness);
+            "mass_proportional" or "stiffness_proportional" (`damping_ratio` in the first mode);
+            "modal" (`damping_ratio` in every mode).
+        damping_ratio: Viscous damping ratio [1].
+        damping_modes: The two modes of Rayleigh damping, counted from 1; None: 1 and 2.
+
+    Raises:
+        ValueError: If a name is unknown or given twice, a degree of freedom has no mass, a matrix has a wrong shape, is
+            not symmetric, or (mass, damping) has a negative eigenvalue, or a part of the structure can move freely. The
+            message names the degree of freedom or the spring.
+        TypeError: If an argument is of another type.
+
+    Example:
+        A deck with one frame along y and two along x; it also rotates about its centre.
+
+        >>> deck = wd.LumpedStructure(
+        ...     {"x": 27e3, "y": 27e3, "theta": 27e4},  # kg, kg m2
+        ...     [
+        ...         wd.Spring("A", {"y": 1.0, "theta": 0.5}, stiffness=1.1e6),  # N/m
+        ...         wd.Spring("B", {"x": 1.0, "theta": -3.0}, stiffness=5.8e5),
+        ...         wd.Spring("C", {"x": 1.0, "theta": 3.0}, stiffness=5.8e5),
+        ...     ],
+        ...     influence={"y": 1.0},
+        ...     damping="modal",
+        ...     damping_ratio=0.05,
+        ... )
+        >>> deck
+        LumpedStructure(3 degrees of freedom, 3 springs, law='elastic', damping='modal')
+        >>> scene = wd.Scene(deck, wd.Cloud(motions), recorders=("spring",))
+        >>> wd.simulate(scene, device="cpu")["peak_spring_deformation"].sel(spring="A").dims
+        ('sample',)
+    """
+
+    family = "lumped"
+    demand = "spring"
+    devices = ()
+
+    def __init__(
+        self,
+        mass: Mapping[str, float],
+        springs: Sequence[Spring],
+        *,
+        influence: Mapping[str, float] | Sequence[Mapping[str, float]] | None = None,
+        mass_matrix: ArrayLike | None = None,
+        load_mass: ArrayLike | None = None,
+        stiffness_matrix: ArrayLike | None = None,
+        damping_matrix: ArrayLike | None = None,
+        geometric_stiffness: ArrayLike | None = None,
+        outputs: Mapping[str, Mapping[str, float]] | None = None,
+        damping: str = "none",
+        damping_ratio: float | None = None,
+        damping_modes: tuple[int, int] | None = None,
+    ) -> None:
+        masses = checked_coefficients("mass", mass)
+        self.dof_names = tuple(masses)
+        if not 1 <= len(masses) <= MOST_DOFS:
+            raise ValueError(f"a lumped structure has 1 to {MOST_DOFS} degrees of freedom, got {len(masses)}")
+        self.springs = _checked_springs(springs, self.dof_names)
+        self.influence = self._influence(influence)
+        self.outputs = self._outputs(outputs)
+        given = dict(
+            zip(MATRICES, (mass_matrix, stiffness_matrix, damping_matrix, geometric_stiffness), strict=True)
+        )
+        self.matrices: Mapping[str, np.ndarray] = FrozenMapping(
+            {
+                name: checked_matrix(name, matrix, self.dof_names, MATRICES[name])
+                for name, matrix in given.items()
+                if matrix is not None
+            }
+        )
+        self.load_mass = None
+        if load_mass is not None:
+            diagonal = np.asarray(load_mass)
+            matrix = np.diag(diagonal) if diagonal.ndim == 1 else load_mass
+            self.load_mass = checked_matrix("load_mass", matrix, self.dof_names, "kg")
+        self.storey_law = BuildingLaw([spring.law for spring in self.springs])
+        self.storey_laws = tuple(spring.law.name for spring in self.springs)
+        self.law = self.storey_law.name
+        self.damping, self.damping_modes = checked_damping(damping, damping_ratio, damping_modes, len(masses))
+        arrays = {"mass": np.array(list(masses.values())), **_spring_values(self.springs)}
+        if damping_ratio is not None:
+            arrays["damping_ratio"] = np.array(real_number("damping_ratio", damping_ratio))
+        self.parameter_table: Mapping[str, Parameter] = FrozenMapping(_table_of(self.storey_law, arrays))
+        for name in OF_STRUCTURE:
+            problem = name in arrays and self.parameter_table[name].first_violation(name, arrays[name], ())
+            if problem:
+                raise ValueError(problem)
+        self.parameters: Mapping[str, np.ndarray] = FrozenMapping(arrays)
+        if problem := self.problem(self.parameters):
+            raise ValueError(problem)
+
+    def _influence(self, given: object) -> np.ndarray:
+        """Return the influence matrix, shape [dof, component]."""
+        rows = [dict.fromkeys(self.dof_names, 1.0)] if given is None else given
+        rows = [rows] if isinstance(rows, Mapping) else rows
+        if not isinstance(rows, list | tuple) or not 1 <= len(rows) <= MOST_COMPONENTS:
+            raise TypeError(
+                "influence must be a dictionary, such as {'x': 1.0}, or a list with one dictionary for each component "
+                f"of the base motion (at most {MOST_COMPONENTS}), got {shortened(given)}"
+            )
+        columns = []
+        for component, row in enumerate(rows):
+            what = "influence" if len(rows) == 1 else f"influence[{component}]"
+            values = checked_coefficients(what, row)
+            check_known(what, values, self.dof_names)
+            columns.append(row_of(values, self.dof_names))
+        matrix = np.stack(columns, axis=1)
+        matrix.flags.writeable = False
+        return matrix
+
+    def _outputs(self, given: object) -> Mapping[str, Mapping[str, float]]:
+        """Return the outputs, checked."""
+        if given is None:
+            return FrozenMapping({})
+        if not isinstance(given, Mapping):
+            raise TypeError(f"outputs must be a dictionary, such as {{'corner': {{'x': 1.0}}}}, got {shortened(given)}")
+        found = {}
+        for name, row in given.items():
+            what = f"output {checked_text('outputs: a name', name)!r}"
+            found[name] = checked_coefficients(what, row)
+            check_known(what, found[name], self.dof_names)
+            if not any(found[name].values()):
+                raise ValueError(f"{what} depends on no degree of freedom: give a coefficient other than 0")
+        return FrozenMapping(found)
+
+    def problem(self, values: Mapping[str, np.ndarray]) -> str | None:
+        """Return a sentence on a wrong mass, a free motion or wrong parameters of springs; None if all are right."""
+        problem = self._mass_problem(values) or self._stiffness_problem(values)
+        return problem or self.storey_law.problem(of_springs_only(values))
+
+    def _mass_problem(self, values: Mapping[str, np.ndarray]) -> str | None:
+        mass = self.mass_matrices({"mass": np.atleast_2d(values["mass"])})
+        diagonal = np.einsum("sii->si", mass)
+        if (diagonal <= 0).any():
+            dof = self.dof_names[np.argwhere(diagonal <= 0)[0, 1]]
+            return (
+                f"degree of freedom {dof!r} has no mass: give it a mass above 0, or eliminate it by static condensation"
+            )
+        root = np.sqrt(diagonal)
+        least, shape = np.linalg.eigh(mass / root[:, :, None] / root[:, None, :])
+        if (least[:, 0] <= LEAST_OF_MASS).any():
+            first = int(np.argmax(least[:, 0] <= LEAST_OF_MASS))
+            dof = self.dof_names[int(np.abs(shape[first, :, 0]).argmax())]
+            return (
+                "the mass matrix is singular or has a negative eigenvalue: a motion in which degree of freedom "
+                f"{dof!r} takes most part has no mass. Correct mass_matrix, or eliminate this motion by static "
+                "condensation"
+            )
+        return None
+
+    def _stiffness_problem(self, values: Mapping[str, np.ndarray]) -> str | None:
+        """Return a sentence on a motion without resistance in one of the structures, or None."""
+        mass, stiffness = np.atleast_2d(values["mass"]), np.atleast_2d(values["stiffness"])
+        count = max(len(mass), len(stiffness))
+        mass, stiffness = (np.broadcast_to(each, (count, each.shape[1])) for each in (mass, stiffness))
+        whole = {"mass": mass, "stiffness": stiffness}
+        squared, shape = undamped(self.mass_matrices(whole), self.stiffness_matrices(whole), is_clipped=False)
+        free = squared[:, 0] <= LEAST_OF_STIFFNESS * squared[:, -1]
+        if not free.any():
+            return None
+        first = int(free.argmax())
+        motion = shape[first, :, 0] * np.sqrt(np.diag(self.mass_matrices(whole)[first]))
+        dof = self.dof_names[int(np.abs(motion).argmax())]
+        cause = " or buckles under the geometric stiffness" if "geometric_stiffness" in self.matrices else ""
+        return (
+            f"degree of freedom {dof!r} can move freely{cause}: no spring with an initial stiffness resists this "
+            "motion. Add a spring, or correct a direction"
+        )
+
+    @property
+    def dofs(self) -> int:
+        """Number of degrees of freedom."""
+        return len(self.dof_names)
+
+    @property
+    def components(self) -> int:
+        """Number of components of the base motion."""
+        return int(self.influence.shape[1])
+
+    @property
+    def lacking(self) -> tuple[str, ...]:
+        """Recorders that the structure cannot have: "output" without outputs."""
+        return () if self.outputs else ("output",)
+
+    @property
+    def nominal_values(self) -> Mapping[str, np.ndarray]:
+        """Values of the parameters."""
+        return self.parameters
+
+    def is_by_storey(self, name: str) -> bool:
+        """Return whether a parameter has one value per spring or degree of freedom."""
+        return name not in OF_STRUCTURE
+
+    def dim_of(self, name: str) -> str:
+        """Return the dimension of a parameter's values: "dof" or "spring"."""
+        return "dof" if name in OF_DOFS else "spring"
+
+    def names_along(self, dim: str) -> tuple[str, ...]:
+        """Return the names of the degrees of freedom ("dof") or of the springs."""
+        return self.dof_names if dim == "dof" else tuple(spring.name for spring in self.springs)
+
+    def input_name(self, name: str) -> str:
+        """Return the parameter's name."""
+        return name
+
+    def chosen(self) -> dict[str, Any]:
+        """Return names, springs, matrices, influence, outputs and damping, for the structure's JSON."""
+        found: dict[str, Any] = {
+            "degrees_of_freedom": list(self.dof_names),
+            "springs": [spring.description() for spring in self.springs],
+            "influence": self.influence.T.tolist(),
+            "damping": self.damping,
+        }
+        found |= {"damping_modes": list(self.damping_modes)} if self.damping_modes else {}
+        found |= {"outputs": {name: dict(row) for name, row in self.outputs.items()}} if self.outputs else {}
+        found |= {name: matrix.tolist() for name, matrix in self.matrices.items()}
+        found |= {} if self.load_mass is None else {"load_mass": self.load_mass.tolist()}
+        return found | ({"written_laws": texts} if (texts := self.storey_law.written) else {})
+
+    def told(self) -> list[tuple[object, ...]]:
+        """Return the rows of the structure's table in notebooks: first periods and parameters."""
+        return [("first periods", "", self.modal()["period"].values[:3], "s"), *super().told()]
+
+    def numbered(self, recorders: tuple[str, ...]) -> dict[str, tuple]:
+        """Return the coordinates `dof`, `spring` and, if there are outputs, `output`: their names."""
+        found = {"dof": ("dof", np.array(self.dof_names), {"long_name": "degree of freedom"})}
+        names = np.array([spring.name for spring in self.springs])
+        found["spring"] = ("spring", names, {"long_name": "spring"})
+        if self.outputs and "output" in recorders:
+            found["output"] = ("output", np.array(list(self.outputs)), {"long_name": "output"})
+        return found
+
+    def modal(self) -> xr.Dataset:
+        """Return periods, shapes, participation factors and effective masses of the undamped structure.
+
+        Springs have their initial stiffness; the geometric stiffness is subtracted. Participation factors are those of
+        the first component of the base motion.
+
+        Raises:
+            ValueError: If a part of the structure can move freely.
+        """
+        one = {name: values[None] for name, values in self.parameters.items()}
+        influence = self.influence[:, 0] if self.influence[:, 0].any() else np.ones(self.dofs)
+        found = modal_properties(self.mass_matrices(one)[0], self.stiffness_matrices(one)[0], influence)
+        return found.assign_coords(dof=("dof", np.array(self.dof_names), {"long_name": "degree of freedom"}))
+
+    @property
+    def fundamental_period(self) -> float:
+        """First period of the undamped structure [s]."""
+        return float(self.modal()["period"][0])
+
+    def __repr__(self) -> str:
+        return (
+            f"LumpedStructure({self.dofs} degrees of freedom, {len(self.springs)} springs, law={self.law!r}, "
+            f"damping={self.damping!r})"
+        )
+
+
+def _checked_springs(given: object, dofs: Sequence[str]) -> tuple[Spring, ...]:
+    """Return the springs, or raise an error that names the first wrong one."""
+    if not isinstance(given, list | tuple) or not all(isinstance(each, Spring) for each in given):
+        raise TypeError(f"springs must be a list of Springs, got {shortened(given)}")
+    if not 1 <= len(given) <= MOST_SPRINGS:
+        raise ValueError(f"a lumped structure has 1 to {MOST_SPRINGS} springs, got {len(given)}")
+    names: set[str] = set()
+    for spring in given:
+        if spring.name in names:
+            raise ValueError(f"two springs have the name {spring.name!r}: give the springs different names")
+        names.add(spring.name)
+        check_known(f"spring {spring.name!r}", spring.direction, dofs)
+    return tuple(given)
+
+
+def _spring_values(springs: Sequence[Spring]) -> dict[str, np.ndarray]:
+    """Return the parameters of all springs, shape [spring]; NaN where the law of a spring does not have them."""
+    found = {"stiffness": np.array([spring.stiffness for spring in springs])}
+    if any(spring.damping_coefficient for spring in springs):
+        found["damping_coefficient"] = np.array([spring.damping_coefficient for spring in springs])
+    if any(spring.deformation_capacity is not None for spring in springs):
+        capacities = [spring.deformation_capacity for spring in springs]
+        found["deformation_capacity"] = np.array([np.nan if each is None else each for each in capacities])
+    for name in dict.fromkeys(name for spring in springs for name in spring.parameters):
+        for spring in springs:
+            if name in spring.law.parameters and name not in spring.parameters:
+                raise ValueError(
+                    f"spring {spring.name!r}: {name} is missing: give it in all springs of law {spring.law.name!r}, or "
+                    "in none of them"
+                )
+        found[name] = np.array([spring.parameters.get(name, np.nan) for spring in springs])
+    return found
+
+
+def _table_of(law: BuildingLaw, arrays: Mapping[str, np.ndarray]) -> dict[str, Parameter]:
+    """Return {name of a parameter: units and bounds}."""
+    known = {
+        "mass": Parameter("kg", "mass of the degree of freedom", low=0.0),
+        "stiffness": Parameter("N m-1", "initial stiffness of the spring", low=0.0),
+        "damping_coefficient": Parameter("N s m-1", "coefficient of the spring's dashpot", low=0.0),
+        "deformation_capacity": Parameter("m", "deformation of the spring at collapse", low=0.0, low_open=True),
+        "damping_ratio": DAMPING_RATIO,
+    }
+    of_laws = {
+        name: replace(each, long_name=each.long_name.replace("storey", "spring"))
+        for name, each in law.parameters.items()
+    }
+    return {name: (known | of_laws)[name] for name in arrays}
