@@ -258,6 +258,10 @@ class LumpedStructure(LumpedMatrices, Structure):
         """Return the dimension of a parameter's values: "dof" or "spring"."""
         return "dof" if name in OF_DOFS else "spring"
 
+    def length_along(self, dim: str) -> int:
+        """Return the number of degrees of freedom ("dof"), springs or outputs."""
+        return {"spring": len(self.springs), "output": len(self.outputs)}.get(dim, self.dofs)
+
     def names_along(self, dim: str) -> tuple[str, ...]:
         """Return the names of the degrees of freedom ("dof") or of the springs."""
         return self.dof_names if dim == "dof" else tuple(spring.name for spring in self.springs)
