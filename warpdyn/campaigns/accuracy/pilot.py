@@ -196,7 +196,9 @@ class _Pilot:
         fitting = fitting_methods(first.model.dynamics.forces)
         method, step = "exact" if "exact" in fitting else "rk4", float(periods.min()) / finer
         reference, held = self._run(method, "float64", step)
-        if held > MOST_HELD and "newmark_average" in fitting:  # a stiff mode without effect on drifts: use a method without stability limit
+        if (
+            held > MOST_HELD and "newmark_average" in fitting
+        ):  # a stiff mode without effect on drifts: use a method without stability limit
             reference, _ = self._run("newmark_average", "float64", step / 2)
         self.reference = integrate_guarded(reference, self.chosen)
 

@@ -121,9 +121,7 @@ class LumpedStructure(LumpedMatrices, Structure):
         self.springs = _checked_springs(springs, self.dof_names)
         self.influence = self._influence(influence)
         self.outputs = self._outputs(outputs)
-        given = dict(
-            zip(MATRICES, (mass_matrix, stiffness_matrix, damping_matrix, geometric_stiffness), strict=True)
-        )
+        given = dict(zip(MATRICES, (mass_matrix, stiffness_matrix, damping_matrix, geometric_stiffness), strict=True))
         self.matrices: Mapping[str, np.ndarray] = FrozenMapping(
             {
                 name: checked_matrix(name, matrix, self.dof_names, MATRICES[name])
