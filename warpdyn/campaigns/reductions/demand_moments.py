@@ -107,7 +107,7 @@ class SumsReducer(Reducer):
 
     def begin(self, cells: Cells) -> None:
         """Start with empty counts and sums for the given cells of the statistic."""
-        places = self.population.scene.structure.dofs if self.dim else 0
+        places = self.population.scene.structure.length_along(self.dim) if self.dim else 0
         self.cells = cells
         self.tally = Tally(cells, places + 1, 2)  # two states: ok and collapsed
         self.sums = [Sums(cells) for _ in range(places + 1)]  # for each place, and for the largest value of all places

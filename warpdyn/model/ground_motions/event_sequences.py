@@ -74,6 +74,10 @@ class EventSequence(_Placed):
                     f"got {type(design).__name__}"
                 )
             designs[name] = excitation
+        counts = {name: design.components for name, design in designs.items()}
+        if len(set(counts.values())) > 1:
+            said = ", ".join(f"{name!r} has {count}" for name, count in counts.items())
+            raise ValueError(f"all events need motions with the same number of components, but {said}")
         object.__setattr__(self, "events", FrozenMapping(designs))
         object.__setattr__(self, "_designs", tuple(designs.values()))
         # A motion that several events use is stored once.
@@ -118,6 +122,11 @@ class EventSequence(_Placed):
     def structures_given(self) -> int:
         """Number of structures for which an event lists values; 0 if no event lists values."""
         return max(design.structures_given for design in self._designs)
+
+    @property
+    def components(self) -> int:
+        """Number of components of each motion."""
+        return self._designs[0].components
 
     def check_fits(self, structure: Structure) -> None:
         """Raise a TypeError for a LinearSystem: an earthquake does not change it, so that a sequence is useless."""

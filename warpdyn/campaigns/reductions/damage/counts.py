@@ -203,7 +203,7 @@ class DamageReducer(Reducer):
 
     def begin(self, cells: Cells) -> None:
         """Start with empty counts for the given cells of the statistic."""
-        places = self.population.scene.structure.dofs if self.dim else 0
+        places = self.population.scene.structure.length_along(self.dim) if self.dim else 0
         self.cells, self.tally = cells, Tally(cells, places + 1, len(self.bounds.states))
         self._least: dict[Workers, Any] = {}  # least drift ratio at which a sample collapsed
         self._least_included = np.inf
