@@ -218,6 +218,12 @@ GROUPS: dict[str, dict[str, Slot]] = {
             "f stiffness z",
         ),
         "restore_foot": _slot("lane", "As restore, for the lowest storey of the section above.", "drift memory c", "f"),
+        "add_velocity_force": _slot(
+            "spring, lane",
+            "Add forces of the law that depend on the rate of deformation (lumped structures).",
+            "drift rate memory c",
+            "f",
+        ),
         "add_to_force": _slot("storey, lane", "Add forces that depend on the drift.", "drift", "f"),
         "add_to_stiffness": _slot(
             "storey, lane",

@@ -12,8 +12,16 @@ from __future__ import annotations
 import importlib
 from typing import Any
 
-from warpdyn.engine.laws.definition import DEVICES, LAWS
-from warpdyn.engine.laws.law import HARDENING_RATIO, YIELD_FORCE, Device, Law, StoreyElement, parameter, shared
+from warpdyn.engine.laws.definition import CONTACTS, DEVICES, LAWS
+from warpdyn.engine.laws.law import (
+    HARDENING_RATIO,
+    YIELD_FORCE,
+    Device,
+    Law,
+    StoreyElement,
+    parameter,
+    shared,
+)
 from warpdyn.engine.laws.parameter import Parameter
 from warpdyn.foundations.core.near_misses import did_you_mean
 
@@ -22,6 +30,15 @@ from warpdyn.engine.laws.elastic.parameters import Elastic  # isort: skip
 from warpdyn.engine.laws.bilinear.parameters import Bilinear, ElasticPerfectlyPlastic  # isort: skip
 from warpdyn.engine.laws.bouc_wen.parameters import BoucWen  # isort: skip
 from warpdyn.engine.laws.baber_noori.parameters import BaberNoori
+from warpdyn.engine.laws.contacts.contact import Contact
+from warpdyn.engine.laws.contacts.parameters import (
+    HertzContact,
+    JankowskiContact,
+    KelvinVoigtContact,
+    KelvinVoigtContactWithTension,
+    MuthukumarDesRochesContact,
+    YeLiZhuContact,
+)
 from warpdyn.engine.laws.devices.parameters import FrictionDamper, Gap, OneSidedGap, ViscousDamper
 from warpdyn.engine.laws.hysteretic.parameters import Hysteretic
 from warpdyn.engine.laws.ibarra_medina_krawinkler.parameters import (
@@ -39,6 +56,7 @@ from warpdyn.engine.laws.saws.parameters import Saws
 from warpdyn.engine.laws.self_centring.parameters import SelfCentring
 
 __all__ = [
+    "CONTACTS",
     "DEVICES",
     "GEM_DAMAGE",
     "HARDENING_RATIO",
@@ -47,20 +65,26 @@ __all__ = [
     "BaberNoori",
     "Bilinear",
     "BoucWen",
+    "Contact",
     "Device",
     "Elastic",
     "ElasticPerfectlyPlastic",
     "FrictionDamper",
     "FrictionPendulum",
     "Gap",
+    "HertzContact",
     "Hysteretic",
     "IbarraMedinaKrawinklerBilinear",
     "IbarraMedinaKrawinklerPeakOriented",
     "IbarraMedinaKrawinklerPinching",
+    "JankowskiContact",
+    "KelvinVoigtContact",
+    "KelvinVoigtContactWithTension",
     "Law",
     "LeadRubberBearing",
     "MaxwellDamper",
     "MenegottoPinto",
+    "MuthukumarDesRochesContact",
     "OneSidedGap",
     "Parameter",
     "PeakOriented",
@@ -72,6 +96,7 @@ __all__ = [
     "Takeda",
     "Trilinear",
     "ViscousDamper",
+    "YeLiZhuContact",
     "certify",
     "parameter",
     "shared",

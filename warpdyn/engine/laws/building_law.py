@@ -183,6 +183,13 @@ class BuildingLaw:
             stiffest[..., storeys if storeys.size else slice(None)] = law.stiffest(own)
         return sum((device.stiffest(p) for device in self.devices), stiffest)
 
+    def steepest_damping(self, p: Values) -> np.ndarray:
+        """Return the largest slope of a law's force along the velocity [N s/m], [structure, storey]."""
+        found = np.zeros_like(p["stiffness"], dtype=float)
+        for law, storeys, own in self._laws(p):
+            found[..., storeys if storeys.size else slice(None)] = law.steepest_damping(own)
+        return found
+
     def relaxation_rate(self, p: Values) -> np.ndarray:
         rates = [device.relaxation_rate(p) for device in self.devices]
         return np.max(np.stack(np.broadcast_arrays(np.zeros_like(p["stiffness"]), *rates)), axis=0)

@@ -104,6 +104,9 @@ class LumpedDynamics(Dynamics):
             stiffest = structure.storey_law.stiffest(of_springs_only(parameters))
             tangent = structure.stiffness_matrices(parameters, stiffest)
             highest = np.sqrt(undamped(mass, tangent)[0][:, -1])
+            steepest = structure.storey_law.steepest_damping(of_springs_only(parameters))
+            if steepest.any():
+                rate = highest_damping_rate(mass, damping + structure.of_springs(steepest))
             relaxation = structure.storey_law.relaxation_rate(of_springs_only(parameters))
             rate = np.maximum(rate, relaxation.max(axis=-1))
             stable = stable_step_of_yielding(method, highest, rate, stable)

@@ -41,6 +41,7 @@ def visit_spring():
         if not HAS_RESTORE:
             f = force_of(drift, memory, c)
         slot("restore")
+        slot("add_velocity_force")
         restoring = f
         if HAS_ADD_TO_DASHPOT:
             dashpot = dtype(0.0)
