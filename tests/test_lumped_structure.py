@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from lumped_cases import CASES, Case, deck_about, pulse
+from lumped_case import Case, pulse
+from lumped_cases import CASES, deck_about
 
 import warpdyn as wd
 

@@ -5,6 +5,7 @@ import inspect
 import re
 from dataclasses import replace
 
+import numpy as np
 import pytest
 from law_rows import forces_of, rules_of
 
@@ -12,6 +13,7 @@ from warpdyn.engine.kernels import build, registry
 from warpdyn.engine.kernels.composing.part_checks import check_parts
 from warpdyn.engine.kernels.composing.source_text import bodies_of, slots_of
 from warpdyn.engine.kernels.composition import compose
+from warpdyn.engine.kernels.lumped.pattern import Pattern, table_of
 from warpdyn.engine.kernels.output_table import RECORDERS
 from warpdyn.engine.kernels.plan import Plan
 from warpdyn.engine.kernels.slots import COMMON, INDICES, SCRATCH, SLOTS
@@ -22,6 +24,14 @@ pytestmark = pytest.mark.fast
 
 EVERY = tuple(sorted(RECORDERS["chain"]))
 PLAIN = Plan("chain", 3, rules_of("bilinear"), "rayleigh", "base_acceleration", EVERY, "rk4", "float32", collapses=True)
+LUMPED = Plan(
+    *("lumped", 2, rules_of("bilinear"), "mass_proportional", "base_acceleration"),
+    tuple(sorted(RECORDERS["lumped"])),
+    *("rk4", "float32"),
+    collapses=True,
+    records_late=True,
+    pattern=Pattern(*[table_of(np.array([[[2.0, 1.0], [-1.0, 3.0]]]))] * 7, has_dashpots=True),
+)
 DENSE = Plan(
     "dense", 3, rules_of("elastic"), "matrix", "force_history", tuple(sorted(RECORDERS["dense"])), "rk4", "float64"
 )
@@ -280,6 +290,9 @@ def plans():
                 plan = replace(plan, viscous_dampers="power", recorders=(*EVERY, "state"), **more)
             yield plan
             yield build.history_plan(plan)
+    for method, law in (("rk4", "bouc_wen_1"), ("kutta3", "bilinear")):
+        yield replace(LUMPED, method=method, law=rules_of(law), starts_displaced=True)
+        yield build.history_plan(replace(LUMPED, pattern=replace(LUMPED.pattern, components=2)))
     # Collapses in groups of steps.
     yield replace(PLAIN, method="stoermer", recorders=("drift",), undivided=True)
 

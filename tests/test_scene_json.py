@@ -41,6 +41,21 @@ STRUCTURES = {
     "on isolators": HAZUS.on_isolators("lead_rubber_bearing", 1e6, displacement_capacity=0.5, **BASE),
     "tuned mass damper": HAZUS.with_tuned_mass_damper(mass_ratio=0.05),
     "modal damping": wd.ShearBuilding(1e5, [1e8, 1e8], 3.0, damping="modal", damping_ratio=0.03),
+    "lumped": wd.LumpedStructure(
+        {"a": 1e5, "b": 2e5},
+        [
+            wd.Spring("one", {"a": 1.0}, law=BILINEAR, stiffness=2e8, damping_coefficient=1e3),
+            wd.Spring("two", {"a": -1.0, "b": 1.0}, stiffness=1e8, deformation_capacity=0.2),
+            wd.Spring("stop", {"b": 1.0}, law=wd.laws.OneSidedGap(clearance=0.1, contact_stiffness=1e9)),
+        ],
+        influence={"a": 1.0, "b": 0.5},
+        mass_matrix=np.diag([0.0, 1e4]),
+        load_mass=[1e5, 2e5],
+        geometric_stiffness=np.diag([1e5, 1e5]),
+        outputs={"sum": {"a": 1.0, "b": 1.0}},
+        damping="rayleigh",
+        damping_ratio=0.03,
+    ),
     "matrices": wd.LinearSystem([1e5, 1e5], np.diag([1e4, 1e4]), [[2e8, -1e8], [-1e8, 1e8]], influence=[1.0, 0.5]),
 }
 LEVELS = [0.1, 0.3, 0.7]

@@ -11,7 +11,7 @@ A part is a module in one of FOLDERS, or a class. It contains
 - `wanted(plan)`: whether the kernel of a plan has the part;
 - a function without arguments for each slot that it fills, with the name of the slot (slots.py lists all slots);
 - `names(plan)`, optional: a dictionary of constants, types and device functions that depend on the plan. If a value is
-  a string, it replaces the name in the text; a string of several lines replaces a name that is a statement of its own.
+  a string, it replaces the name in the text; a string of several lines replaces a whole statement.
   Names that do not depend on the plan are imported or defined in the
   module of the part;
 - `order`, optional: a number that sorts the parts of a folder within a slot (default 0; parts with equal numbers are

@@ -16,9 +16,9 @@ from warpdyn.foundations.core.near_misses import with_suggestions
 from warpdyn.foundations.core.random_numbers import Purpose, uniforms
 from warpdyn.foundations.core.units import STANDARD_GRAVITY
 from warpdyn.model.ground_motions.excitation import Assignment, Excitation
+from warpdyn.model.ground_motions.intensities import intensities_of, measure_for
 from warpdyn.model.ground_motions.measures.measure import IntensityMeasure
 from warpdyn.model.ground_motions.measures.one_component import PeakGroundAcceleration
-from warpdyn.model.ground_motions.measures.pairs import GeometricMean, PairMeasure
 from warpdyn.model.ground_motions.motions import GroundMotion, checked_motions, checked_sets, one_list
 from warpdyn.model.ground_motions.pairs_of_motions import PairOfMotions, components_of
 from warpdyn.model.ground_motions.plausibility import warn_of_duplicates
@@ -29,34 +29,6 @@ if TYPE_CHECKING:
 
 MOST_SHOWN = 10  # motions in a table
 CROSSED = "crossed"
-
-
-def intensities_of(motions: Sequence[Any], measure: IntensityMeasure) -> np.ndarray:
-    """Return the intensity of every motion, in g for accelerations; raise a TypeError if `measure` is not a measure."""
-    if not isinstance(measure, IntensityMeasure):
-        raise TypeError(f"measure must be an IntensityMeasure, such as SpectralAcceleration(period), got {measure!r}")
-    both = [(motion.x, motion.y) for motion in motions if isinstance(motion, PairOfMotions)]
-    if not both:
-        return measure.level_values(motions)
-    assert isinstance(measure, PairMeasure)  # from `measure_for`
-    return measure.pair_values(both) / measure.unit_size(measure.level_units)
-
-
-def measure_for(motions: Sequence[GroundMotion | PairOfMotions], measure: IntensityMeasure) -> IntensityMeasure:
-    """Return the measure of a design: for pairs, the geometric mean of a measure of one component.
-
-    Raises:
-        ValueError: If motions have different numbers of components.
-    """
-    counts = [len(components_of(motion)) for motion in motions]
-    if len(set(counts)) > 1:
-        other = int(np.argmax(np.array(counts) != counts[0]))
-        raise ValueError(
-            f"motion 0 ({motions[0].name!r}) has {amount_of(counts[0], 'component')}, but motion {other} "
-            f"({motions[other].name!r}) has {counts[other]}: give all motions the same number"
-        )
-    is_single = isinstance(measure, IntensityMeasure) and not isinstance(measure, PairMeasure)
-    return GeometricMean(measure) if counts[0] > 1 and is_single else measure
 
 
 class Design(Excitation):

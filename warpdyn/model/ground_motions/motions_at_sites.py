@@ -11,8 +11,9 @@ from numpy.typing import ArrayLike
 from warpdyn.foundations.core.checks import is_row_of_text, real_numbers, shortened, unmasked
 from warpdyn.foundations.core.messages import amount_of
 from warpdyn.foundations.core.near_misses import with_suggestions
-from warpdyn.model.ground_motions.designs import Design, intensities_of
+from warpdyn.model.ground_motions.designs import Design
 from warpdyn.model.ground_motions.excitation import Assignment, MotionTable
+from warpdyn.model.ground_motions.intensities import intensities_of
 from warpdyn.model.ground_motions.measures.measure import IntensityMeasure
 from warpdyn.model.ground_motions.measures.one_component import PeakGroundAcceleration
 from warpdyn.model.ground_motions.motions import GroundMotion, checked_motions

@@ -20,6 +20,8 @@ from warpdyn.model.ground_motions.motions import GroundMotion, checked_motions
 from warpdyn.model.ground_motions.motions_at_sites import MotionsAtSites
 from warpdyn.model.scene import distributions, scatter
 from warpdyn.model.scene.portfolio import Archetype, Portfolio
+from warpdyn.model.structures.lumped.spring import Spring
+from warpdyn.model.structures.lumped.structure import MATRICES, LumpedStructure
 from warpdyn.model.structures.shear_building import LinearSystem, ShearBuilding
 
 OWN: dict[str, Any] = {
@@ -61,7 +63,7 @@ def arguments_of_scene(text: str, motions: GroundMotion | Sequence[GroundMotion]
         raise ValueError("from_json(): the JSON is not a scene; give a dataset's attribute 'scene'")
     _check_keys(told, "the scene", SCENE_KEYS, ("structure", "excitation"))
     is_empty = isinstance(motions, list | tuple) and not motions
-    found = Rebuilding(() if is_empty else checked_motions(motions))
+    found = Rebuilding(() if is_empty else checked_motions(motions, or_pairs=True))
     return {
         **told,
         "structure": found.structure(told["structure"], "structure"),
@@ -148,7 +150,7 @@ class Rebuilding:
             )
         return self.by_digest[told["digest"]]
 
-    def structure(self, told: dict[str, Any], where: str) -> ShearBuilding | LinearSystem | Portfolio:
+    def structure(self, told: dict[str, Any], where: str) -> ShearBuilding | LumpedStructure | LinearSystem | Portfolio:
         """Return the structure that a JSON object describes."""
         _check_keys(told, where, (), ("type",))
         rest = dict(told)
@@ -160,6 +162,8 @@ class Rebuilding:
         if kind == "LinearSystem":
             rest.pop("law", None)
             return _made(LinearSystem, rest, where)
+        if kind == "LumpedStructure":
+            return self.lumped(rest, where)
         if kind != "ShearBuilding":
             raise _foreign(where, kind)
         _check_keys(rest, where, (), BUILDING_KEYS)
@@ -176,6 +180,24 @@ class Rebuilding:
         building = ShearBuilding(**chosen)
         building.own_storeys[[storey - 1 for storey in added]] = False
         return building
+
+    def lumped(self, told: dict[str, Any], where: str) -> LumpedStructure:
+        """Return the lumped structure that a JSON object without its type describes."""
+        _check_keys(told, where, (), ("degrees_of_freedom", "mass", "springs", "influence", "damping"))
+        check_written(told.get("written_laws", {}), f"from_json(): {where}")
+        springs = [
+            Spring(**{name: self.value(value, f"{where}.springs.{name}") for name, value in each.items()})
+            for each in told["springs"]
+        ]
+        names = told["degrees_of_freedom"]
+        mass = self._numbers(told["mass"], f"{where}.mass").tolist()
+        chosen: dict[str, Any] = {name: told[name] for name in ("damping", "damping_ratio", "outputs") if name in told}
+        chosen |= {"damping_modes": tuple(told["damping_modes"])} if "damping_modes" in told else {}
+        for name in (*MATRICES, "load_mass"):
+            if name in told:
+                chosen[name] = self._numbers(self.value(told[name], f"{where}.{name}"), f"{where}.{name}")
+        influence = [dict(zip(names, row, strict=True)) for row in told["influence"]]
+        return LumpedStructure(dict(zip(names, mass, strict=True)), springs, influence=influence, **chosen)
 
     def _numbers(self, told: object, where: str) -> np.ndarray:
         """Return the values of a building's parameter as an array; `where` is the parameter's place, for errors."""

@@ -15,7 +15,7 @@ from warpdyn.foundations.core.near_misses import did_you_mean, with_suggestions
 from warpdyn.model.scene.distributions import Distribution
 from warpdyn.model.structures.structure import Structure
 
-# What a draw applies to: all storeys (springs, degrees of freedom) of a structure, or one of them.
+# A draw applies to all storeys (springs, degrees of freedom) of a structure, or to one of them.
 PER = ("building", "storey", "spring", "dof")
 
 
@@ -64,8 +64,8 @@ class RandomScatter(ParameterScatter):
             raise ValueError(f"storey_correlation must be at most 1, got {self.storey_correlation}")
         if self.storey_correlation and self.per == "building":
             raise ValueError(
-                "storey_correlation needs per='storey' (or 'spring', 'dof'): with per='building' one draw applies to all "
-                "storeys. Give per='storey', or remove storey_correlation"
+                "storey_correlation needs per='storey' (or 'spring', 'dof'): with per='building' one draw applies to "
+                "all storeys. Give per='storey', or remove storey_correlation"
             )
 
     def variables(self, storeys: int) -> int:

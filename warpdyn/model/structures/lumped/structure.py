@@ -28,6 +28,12 @@ MOST_COMPONENTS = 6  # of the base motion
 LEAST_OF_STIFFNESS = 1e-13  # least squared frequency of a structure that cannot move freely, over the highest one
 LEAST_OF_MASS = 1e-12  # least eigenvalue of the mass matrix, scaled to a diagonal of ones
 OF_STRUCTURE = ("damping_ratio",)
+MATRICES = {  # with their units
+    "mass_matrix": "kg",
+    "stiffness_matrix": "N/m",
+    "damping_matrix": "N s/m",
+    "geometric_stiffness": "N/m",
+}
 
 
 @with_suggestions
@@ -50,7 +56,8 @@ class LumpedStructure(LumpedMatrices, Structure):
         stiffness_matrix: Elastic stiffness in addition to the springs [N/m], symmetric, shape [dof, dof].
         damping_matrix: Viscous damping in addition to `damping` [N s/m], symmetric, shape [dof, dof].
         geometric_stiffness: Stiffness that gravity takes away [N/m], symmetric, shape [dof, dof].
-        outputs: Outputs as linear combinations of the displacements, {name: {degree of freedom: coefficient}}.
+        outputs: Outputs as linear combinations of the displacements [m], or of displacements times a stiffness [N],
+            {name: {degree of freedom: coefficient}}.
         damping: Inherent damping:
             "none";
             "rayleigh" (`damping_ratio` in the two modes `damping_modes`; in proportion to mass and initial stiffness
@@ -77,9 +84,11 @@ class LumpedStructure(LumpedMatrices, Structure):
         ...         wd.Spring("C", {"x": 1.0, "theta": 3.0}, stiffness=5.8e5),
         ...     ],
         ...     influence={"y": 1.0},
+        ...     damping="modal",
+        ...     damping_ratio=0.05,
         ... )
         >>> deck
-        LumpedStructure(3 degrees of freedom, 3 springs, law='elastic', damping='none')
+        LumpedStructure(3 degrees of freedom, 3 springs, law='elastic', damping='modal')
         >>> scene = wd.Scene(deck, wd.Cloud(motions), recorders=("spring",))
         >>> wd.simulate(scene, device="cpu")["peak_spring_deformation"].sel(spring="A").dims
         ('sample',)
@@ -112,12 +121,13 @@ class LumpedStructure(LumpedMatrices, Structure):
         self.springs = _checked_springs(springs, self.dof_names)
         self.influence = self._influence(influence)
         self.outputs = self._outputs(outputs)
-        given = {"mass_matrix": (mass_matrix, "kg"), "stiffness_matrix": (stiffness_matrix, "N/m")}
-        given |= {"damping_matrix": (damping_matrix, "N s/m"), "geometric_stiffness": (geometric_stiffness, "N/m")}
+        given = dict(
+            zip(MATRICES, (mass_matrix, stiffness_matrix, damping_matrix, geometric_stiffness), strict=True)
+        )
         self.matrices: Mapping[str, np.ndarray] = FrozenMapping(
             {
-                name: checked_matrix(name, matrix, self.dof_names, units)
-                for name, (matrix, units) in given.items()
+                name: checked_matrix(name, matrix, self.dof_names, MATRICES[name])
+                for name, matrix in given.items()
                 if matrix is not None
             }
         )
@@ -133,7 +143,7 @@ class LumpedStructure(LumpedMatrices, Structure):
         arrays = {"mass": np.array(list(masses.values())), **_spring_values(self.springs)}
         if damping_ratio is not None:
             arrays["damping_ratio"] = np.array(real_number("damping_ratio", damping_ratio))
-        self.parameter_table: Mapping[str, Parameter] = FrozenMapping(_parameters(self.storey_law, arrays))
+        self.parameter_table: Mapping[str, Parameter] = FrozenMapping(_table_of(self.storey_law, arrays))
         for name in OF_STRUCTURE:
             problem = name in arrays and self.parameter_table[name].first_violation(name, arrays[name], ())
             if problem:
@@ -177,7 +187,7 @@ class LumpedStructure(LumpedMatrices, Structure):
         return FrozenMapping(found)
 
     def problem(self, values: Mapping[str, np.ndarray]) -> str | None:
-        """Return a sentence on a mass, or on parameters of springs, that are wrong; None if there is none."""
+        """Return a sentence on a wrong mass, a free motion or wrong parameters of springs; None if all are right."""
         problem = self._mass_problem(values) or self._stiffness_problem(values)
         return problem or self.storey_law.problem(of_springs_only(values))
 
@@ -318,7 +328,7 @@ def _checked_springs(given: object, dofs: Sequence[str]) -> tuple[Spring, ...]:
     names: set[str] = set()
     for spring in given:
         if spring.name in names:
-            raise ValueError(f"two springs have the name {spring.name!r}: give each spring a name of its own")
+            raise ValueError(f"two springs have the name {spring.name!r}: give the springs different names")
         names.add(spring.name)
         check_known(f"spring {spring.name!r}", spring.direction, dofs)
     return tuple(given)
@@ -343,7 +353,7 @@ def _spring_values(springs: Sequence[Spring]) -> dict[str, np.ndarray]:
     return found
 
 
-def _parameters(law: BuildingLaw, arrays: Mapping[str, np.ndarray]) -> dict[str, Parameter]:
+def _table_of(law: BuildingLaw, arrays: Mapping[str, np.ndarray]) -> dict[str, Parameter]:
     """Return {name of a parameter: units and bounds}."""
     known = {
         "mass": Parameter("kg", "mass of the degree of freedom", low=0.0),
