@@ -200,11 +200,11 @@ MISTAKES = {
     ),
     "storey": (
         lambda: wd.ShearBuilding(1e5, 1e7, 3.0, law="hertz_contact", **HERTZ),
-        "'hertz_contact' is a contact, which only a spring of a LumpedStructure can have",
+        "'hertz_contact' is a contact, which only a Spring of a LumpedStructure can have",
     ),
     "device": (
         lambda: wd.ShearBuilding(1e5, 1e7, 3.0, devices=(laws.HertzContact(**HERTZ),)),
-        "'hertz_contact' is a contact, which only a spring of a LumpedStructure can have",
+        "'hertz_contact' is a contact, which only a Spring of a LumpedStructure can have",
     ),
 }
 

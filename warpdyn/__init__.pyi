@@ -111,6 +111,7 @@ from .model.scene.portfolio import Archetype as Archetype, Portfolio as Portfoli
 from .model.scene.scatter import GivenValues as GivenValues, RandomFactor as RandomFactor, RandomValue as RandomValue
 from .model.scene.scene import Scene as Scene
 from .model.structures.hazus import hazus_drift_limits as hazus_drift_limits
+from .model.structures.lumped.biaxial_spring import BiaxialSpring as BiaxialSpring
 from .model.structures.lumped.spring import Spring as Spring
 from .model.structures.lumped.structure import LumpedStructure as LumpedStructure
 from .model.structures.modal import modal_table as modal_table

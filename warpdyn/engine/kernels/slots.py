@@ -252,6 +252,12 @@ GROUPS: dict[str, dict[str, Slot]] = {
             "memory c",
             "drift rate f restoring dashpot",
         ),
+        "visit_pairs": _slot(
+            "kernel",
+            "Evaluate the forces of all biaxial springs in a stage (lumped structures).",
+            "",
+            "drift rate f restoring dashpot spring_force",
+        ),
         "push_springs": _slot(
             "kernel",
             "Set the memory of all springs at their initial deformation (lumped structures).",

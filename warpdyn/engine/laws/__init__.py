@@ -12,7 +12,7 @@ from __future__ import annotations
 import importlib
 from typing import Any
 
-from warpdyn.engine.laws.definition import CONTACTS, DEVICES, LAWS
+from warpdyn.engine.laws.definition import BIAXIAL_LAWS, CONTACTS, DEVICES, LAWS
 from warpdyn.engine.laws.law import (
     HARDENING_RATIO,
     YIELD_FORCE,
@@ -30,6 +30,8 @@ from warpdyn.engine.laws.elastic.parameters import Elastic  # isort: skip
 from warpdyn.engine.laws.bilinear.parameters import Bilinear, ElasticPerfectlyPlastic  # isort: skip
 from warpdyn.engine.laws.bouc_wen.parameters import BoucWen  # isort: skip
 from warpdyn.engine.laws.baber_noori.parameters import BaberNoori
+from warpdyn.engine.laws.biaxial.law import BiaxialLaw
+from warpdyn.engine.laws.biaxial.parameters import CircularYield, FrictionSlider, IsotropicBoucWen, ParkWenAng
 from warpdyn.engine.laws.contacts.contact import Contact
 from warpdyn.engine.laws.contacts.parameters import (
     HertzContact,
@@ -56,6 +58,7 @@ from warpdyn.engine.laws.saws.parameters import Saws
 from warpdyn.engine.laws.self_centring.parameters import SelfCentring
 
 __all__ = [
+    "BIAXIAL_LAWS",
     "CONTACTS",
     "DEVICES",
     "GEM_DAMAGE",
@@ -63,20 +66,24 @@ __all__ = [
     "LAWS",
     "YIELD_FORCE",
     "BaberNoori",
+    "BiaxialLaw",
     "Bilinear",
     "BoucWen",
+    "CircularYield",
     "Contact",
     "Device",
     "Elastic",
     "ElasticPerfectlyPlastic",
     "FrictionDamper",
     "FrictionPendulum",
+    "FrictionSlider",
     "Gap",
     "HertzContact",
     "Hysteretic",
     "IbarraMedinaKrawinklerBilinear",
     "IbarraMedinaKrawinklerPeakOriented",
     "IbarraMedinaKrawinklerPinching",
+    "IsotropicBoucWen",
     "JankowskiContact",
     "KelvinVoigtContact",
     "KelvinVoigtContactWithTension",
@@ -87,6 +94,7 @@ __all__ = [
     "MuthukumarDesRochesContact",
     "OneSidedGap",
     "Parameter",
+    "ParkWenAng",
     "PeakOriented",
     "Pinching4",
     "Quadrilinear",

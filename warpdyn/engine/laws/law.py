@@ -166,13 +166,13 @@ class StoreyElement:
         relaxes: Whether the force changes with time at a constant drift; implicit methods do not support this.
         corners: Number of corners of the backbone that `ShearBuilding.from_capacity` fits; 0: a bilinear curve.
         exceptions: Checks of `wd.laws.certify` with a wider bound: {check: (bound, reason)}.
-        kind: "law", "device" or "contact".
+        kind: "law", "device", "contact" or "biaxial law".
         is_device: Whether it is a device or a contact, without the stiffness of a storey.
         is_dashpot: Whether its force depends only on the velocity; then it has no variants.
         forces: The properties that decide which integration methods can be used.
         captured: The device functions in the class body, as their author wrote them.
-        table: LAWS, DEVICES or CONTACTS.
-        kinds: The classes Law, Device and Contact.
+        table: LAWS, DEVICES, CONTACTS or BIAXIAL_LAWS.
+        kinds: The classes Law, Device, Contact and BiaxialLaw.
 
     Example:
         >>> wd.laws.Bilinear.name, list(wd.laws.Bilinear.parameters)

@@ -86,6 +86,7 @@ def integrate_lumped(
         for i in range(SPRINGS):
             for q in range(C):
                 coefficients[i * C + q, j] = structures.coefficients[i * C + q, s]
+        for i in range(ROWS):
             slot("read_spring")
         for i in range(N):
             u[i, j] = loads.initial_displacement[i]
@@ -121,6 +122,7 @@ def integrate_lumped(
                     slot("begin_walk")
                 for i in range(SPRINGS):
                     slot("visit_spring")
+                slot("visit_pairs")
                 for i in range(N):
                     for j in range(LANES):
                         net = dtype(0.0)
@@ -167,6 +169,7 @@ def integrate_lumped(
         for i in range(SPRINGS):
             for m in range(M):
                 total += z[i * M + m, j]
+        for i in range(ROWS):
             slot("finish_spring")
         slot("after_finish")
         status = ok

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from warpdyn.engine.laws import CONTACTS, DEVICES, LAWS
 from warpdyn.engine.laws.contacts.contact import Contact
 from warpdyn.engine.laws.law import Device, StoreyElement
-from warpdyn.engine.laws.lookup import contact_and_values, devices_and_values, laws_and_values
+from warpdyn.engine.laws.lookup import class_and_values, devices_and_values, laws_and_values
 from warpdyn.foundations.core.checks import checked_text, real_number, real_numbers, shortened
 from warpdyn.foundations.core.near_misses import did_you_mean, with_suggestions
 from warpdyn.model.structures.lumped.names import checked_coefficients
@@ -77,7 +77,7 @@ class Spring:
         self.deformation_capacity = deformation_capacity
         if deformation_capacity is not None:
             self.deformation_capacity = real_number(f"{where}: deformation_capacity [m]", deformation_capacity, above=0)
-        self.parameters = _values_of(where, self.law, {**parameters, **own})
+        self.parameters = checked_parameters(where, self.law, {**parameters, **own})
 
     def description(self) -> dict[str, object]:
         """Return the spring as a dictionary, for the JSON of its scene."""
@@ -100,7 +100,7 @@ def _law_of(where: str, law: object, parameters: Mapping[str, float]) -> tuple[t
     is_device = law in DEVICES if isinstance(law, str) else issubclass(given, Device)
     try:
         if is_contact:
-            return contact_and_values(law, parameters)  # type: ignore[arg-type] # it is a contact
+            return class_and_values("contact", law, CONTACTS, parameters)
         if is_device and not (isinstance(law, str) and law in LAWS):
             kinds, own = devices_and_values((law,), parameters)  # type: ignore[arg-type] # it refuses other classes
         else:
@@ -113,7 +113,7 @@ def _law_of(where: str, law: object, parameters: Mapping[str, float]) -> tuple[t
     return kinds[0], own
 
 
-def _values_of(where: str, law: type[StoreyElement], given: Mapping[str, object]) -> dict[str, float]:
+def checked_parameters(where: str, law: type[StoreyElement], given: Mapping[str, object]) -> dict[str, float]:
     """Return the parameters of a law with their defaults, checked."""
     for name in given:
         if name not in law.parameters:
