@@ -49,6 +49,7 @@ from warpdyn.engine.laws.ibarra_medina_krawinkler.parameters import (
     IbarraMedinaKrawinklerPinching,
 )
 from warpdyn.engine.laws.isolators.parameters import FrictionPendulum, LeadRubberBearing
+from warpdyn.engine.laws.isolators.triple_pendulum import triple_pendulum
 from warpdyn.engine.laws.maxwell_damper.parameters import MaxwellDamper
 from warpdyn.engine.laws.menegotto_pinto.parameters import MenegottoPinto
 from warpdyn.engine.laws.multilinear.parameters import Quadrilinear, Trilinear
@@ -108,6 +109,7 @@ __all__ = [
     "certify",
     "parameter",
     "shared",
+    "triple_pendulum",
 ]
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
@@ -13,7 +12,7 @@ from warpdyn.engine.kernels.lumped.pattern import PAIR, Pattern, Table, table_of
 from warpdyn.engine.kernels.output_table import HISTORY, OF_SPRINGS
 from warpdyn.engine.laws.building_law import BuildingLaw
 from warpdyn.engine.laws.elastic.parameters import Elastic
-from warpdyn.engine.laws.springs import Variant
+from warpdyn.engine.laws.springs import StoreyRules, Variant
 from warpdyn.engine.methods.stability_limits import stable_step_of_eigenvalues, stable_step_of_yielding
 from warpdyn.engine.methods.state_matrices import highest_damping_rate, state_eigenvalues
 from warpdyn.engine.methods.table import Method
@@ -38,6 +37,7 @@ class LumpedDynamics(Dynamics):
         super().__init__(structure, representative)
         values = of_springs_only({**structure.parameters, **representative})
         self.springs, self.pairs = laws_of(structure)
+        self.biaxial_law: StoreyRules | None = None
         of_springs = self._of(self.springs, values)
         self.law, self.variants = self.springs.rules(of_springs), self.springs.variants(of_springs)
         if self.pairs is not None:
@@ -72,10 +72,15 @@ class LumpedDynamics(Dynamics):
             if tables[name].is_empty:
                 tables[name] = Table()
         is_damped = "damping_coefficient" in parameters or structure.damping in ("rayleigh", "stiffness_proportional")
-        of_pairs: dict[str, Any] = {}
-        if self.pairs is not None:
-            of_pairs = {"pairs": structure.pairs, "biaxial_law": self.biaxial_law}
-        return Pattern(**tables, components=structure.components, has_dashpots=is_damped, **of_pairs)
+        return Pattern(
+            deformation=tables.pop("deformation"),
+            inverse_mass=tables.pop("inverse_mass"),
+            components=structure.components,
+            has_dashpots=is_damped,
+            pairs=structure.pairs,
+            biaxial_law=self.biaxial_law,
+            **tables,
+        )
 
     def _of(self, law: BuildingLaw, values: Mapping[str, np.ndarray]) -> Arrays:
         """Return the parameters of the springs, or of the biaxial springs, that have these laws."""

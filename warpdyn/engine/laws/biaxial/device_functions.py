@@ -1,4 +1,4 @@
-"""Device functions of biaxial laws. The memory of laws with a rate is z; that of circular yield is z and a deformation."""
+"""Device functions of biaxial laws. The memory is z; that of circular yield contains the last deformation, too."""
 
 import enum
 from typing import Any
@@ -56,9 +56,7 @@ def isotropic_2_decay(velocity: Any, memory: Any, c: Any):
 @wp.func
 def isotropic_decay(velocity: Any, memory: Any, c: Any):
     square = memory[M.ZX] * memory[M.ZX] + memory[M.ZY] * memory[M.ZY]
-    return isotropic_2_decay(velocity, memory, c) * wp.pow(
-        maximum(square, type(square)(LEAST_SQUARE)), c[C.POWER]
-    )
+    return isotropic_2_decay(velocity, memory, c) * wp.pow(maximum(square, type(square)(LEAST_SQUARE)), c[C.POWER])
 
 
 @wp.func
@@ -160,9 +158,7 @@ def circular_yield_memory_after(deformation: Any, increment: Any, memory: Any, c
 
 
 SPRINGS = {
-    "isotropic_bouc_wen_2": _bouc_wen(
-        "isotropic_bouc_wen_2", biaxial_bouc_wen_force, isotropic_2_decay, int(C.POWER)
-    ),
+    "isotropic_bouc_wen_2": _bouc_wen("isotropic_bouc_wen_2", biaxial_bouc_wen_force, isotropic_2_decay, int(C.POWER)),
     "isotropic_bouc_wen": _bouc_wen("isotropic_bouc_wen", biaxial_bouc_wen_force, isotropic_decay, len(C), C.POWER),
     "park_wen_ang": _bouc_wen("park_wen_ang", biaxial_bouc_wen_force, park_wen_ang_decay, int(C.POWER)),
     "friction_slider": _bouc_wen("friction_slider", friction_slider_force, friction_slider_decay, len(S)),

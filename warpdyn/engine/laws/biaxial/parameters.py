@@ -1,20 +1,20 @@
 """Biaxial laws: coupled yielding and friction of isolators.
 
 The force vector is F = Q z + k2 u, with the deformation vector u [m], the stiffness k2 after yield and the hysteretic
-strength Q = (k - k2) uy. The yield displacement uy is the yield force divided by the initial stiffness k. The vector z is
-the common state; its length is at most 1. The laws differ in the equation of z:
+strength Q = (k - k2) uy. The yield displacement uy is the yield force divided by the initial stiffness k. The vector z
+is the common state; its length is at most 1. The laws differ in the equation of z:
 
-- `IsotropicBoucWen` (OpenSees: ElastomericBearingBoucWen3d): uy z' = u' - z |z|^(n - 2) (z.u') (gamma + beta sgn(z.u')).
-  A rotation of the axes does not change it.
+- `IsotropicBoucWen` (OpenSees: ElastomericBearingBoucWen3d):
+  uy z' = u' - z |z|^(n - 2) (z.u') (gamma + beta sgn(z.u')). A rotation of the axes does not change it.
 - `ParkWenAng` (Park, Wen and Ang 1986; 3D-BASIS, Nagarajaiah et al. 1991), with n = 2: the products are formed for each
-  component, uy z' = u' - z (beta |ux' zx| + gamma ux' zx + beta |uy' zy| + gamma uy' zy). A rotation of the axes changes
-  it; along a circle its force differs by up to 5 % from that of the isotropic form.
+  component, uy z' = u' - z (beta |ux' zx| + gamma ux' zx + beta |uy' zy| + gamma uy' zy). A rotation of the axes
+  changes it; along a circle its force differs by up to 5 % from that of the isotropic form.
 - `CircularYield`: elastic, z' = u' / uy, while |z| < 1; on the circle |z| = 1, uy z' = u' - z (z.u') while z.u' > 0.
 - `FrictionSlider` (Constantinou, Mokha and Reinhorn 1990): F = mu W z + (W / R) u with the friction coefficient
   mu = fast - (fast - slow) exp(-a |u'|); z follows the isotropic law with n = 2 and beta = gamma = 1/2.
 
-The steady forces along a circle of radius r are those of z = uy / r in the radial direction and sqrt(1 - (uy / r)^2) along
-the path, for `CircularYield` and for `IsotropicBoucWen` with beta = gamma.
+Along a circle of radius r, `CircularYield` and `IsotropicBoucWen` with beta = gamma reach the same steady state: z is
+uy / r in the radial direction and sqrt(1 - (uy / r)^2) along the path.
 """
 
 from __future__ import annotations
@@ -75,7 +75,9 @@ def _stiffness_problem(p: Values, name: str, after: np.ndarray) -> str | None:
     if not bad.any():
         return None
     place = first_place(bad)
-    return f"{name} is {after[place]:g} N/m ({place_of(place)}); it must be below the stiffness, {stiffness[place]:g} N/m"
+    return (
+        f"{name} is {after[place]:g} N/m ({place_of(place)}); it must be below the stiffness, {stiffness[place]:g} N/m"
+    )
 
 
 class ParkWenAng(BiaxialLaw):
@@ -108,8 +110,8 @@ class ParkWenAng(BiaxialLaw):
         if bad.any():
             place = first_place(bad)
             return (
-                f"gamma is {gamma[place]:g} and beta is {beta[place]:g} ({place_of(place)}); gamma must be above -beta, "
-                "or the force grows without bound"
+                f"gamma is {gamma[place]:g} and beta is {beta[place]:g} ({place_of(place)}); gamma must be above "
+                "-beta, or the force grows without bound"
             )
         return _stiffness_problem(p, "post_yield_stiffness", p["post_yield_stiffness"])
 
@@ -122,7 +124,7 @@ class ParkWenAng(BiaxialLaw):
 
 
 class IsotropicBoucWen(ParkWenAng):
-    """Biaxial Bouc-Wen, isotropic form (OpenSees: ElastomericBearingBoucWen3d); the direction of the axes has no effect.
+    """Biaxial Bouc-Wen, isotropic form (OpenSees: ElastomericBearingBoucWen3d); the axes may have any direction.
 
     The help of its module contains the equations of all biaxial laws.
 
@@ -153,7 +155,7 @@ class IsotropicBoucWen(ParkWenAng):
 class CircularYield(BiaxialLaw):
     """Elastic until the hysteretic force reaches a circle, then plastic (OpenSees: ElastomericBearingPlasticity3d).
 
-    The help of its module contains the equations of all biaxial laws. The state follows a straight path within each step
+    The help of its module contains the equations of all biaxial laws. A straight path within a step is followed
     exactly, so that errors are proportional to the square of the step.
 
     Example:
@@ -225,8 +227,8 @@ class FrictionSlider(BiaxialLaw):
         if bad.any():
             place = first_place(bad)
             return (
-                f"fast_friction is {fast[place]:g} and slow_friction is {slow[place]:g} ({place_of(place)}); the friction "
-                "at a high speed must be at least that at rest"
+                f"fast_friction is {fast[place]:g} and slow_friction is {slow[place]:g} ({place_of(place)}); the "
+                "friction at a high speed must be at least that at rest"
             )
         return _stiffness_problem(p, "weight over radius", p["weight"] / p["radius"])
 
