@@ -133,6 +133,7 @@ from .model.structures.builders.torsional_building import (
 )
 from .model.structures.builders.vehicles import HalfCar as HalfCar, QuarterCar as QuarterCar
 from .model.structures.hazus import hazus_drift_limits as hazus_drift_limits
+from .model.structures.lumped.biaxial_spring import BiaxialSpring as BiaxialSpring
 from .model.structures.lumped.foundations.footing import RectangularFooting as RectangularFooting, Soil as Soil
 from .model.structures.lumped.spring import Spring as Spring
 from .model.structures.lumped.structure import LumpedStructure as LumpedStructure

@@ -116,6 +116,8 @@ class Sampler:
             for name, spread in self.scatter.items():
                 count = spread.variables(self.structure.length_of(name))
                 values = combined(nominal[name], spread, normals[row : row + count], structures[part])
+                if not isinstance(spread, GivenValues):
+                    values = self.structure.tied(name, values)
                 drawn[name][part] = values.T
                 row += count
             self._check({name: values[part] for name, values in drawn.items()}, structures[part], is_all)

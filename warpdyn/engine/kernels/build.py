@@ -122,7 +122,7 @@ def fitted(plan: Plan, is_gpu: bool) -> Plan:
 
 def _fitted_lumped(plan: Plan, is_gpu: bool) -> Plan:
     """Return the plan of a lumped structure with the number of lanes and the unrolling for a CPU or a GPU."""
-    largest = max(plan.dofs, plan.springs_of_thread)
+    largest = max(plan.dofs, plan.pattern.springs if plan.pattern else 0)
     if is_gpu:
         return replace(plan, lanes=GPU_LANES, max_unroll=GPU_UNROLL if largest <= UNROLLED_SPRINGS else 1)
     is_small = largest <= LONG_CHAIN

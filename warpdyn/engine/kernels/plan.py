@@ -89,8 +89,8 @@ class Plan:
 
     @property
     def springs_of_thread(self) -> int:
-        """Number of springs per thread: of a chain, one in each storey."""
-        return self.storeys_of_thread if self.pattern is None else self.pattern.springs
+        """Number of springs per thread without biaxial ones: of a chain, one in each storey."""
+        return self.storeys_of_thread if self.pattern is None else self.pattern.single_springs
 
     def length(self, dim: str) -> int:
         """Return the length of a dimension of the outputs, such as "storey" or "spring"."""

@@ -225,6 +225,12 @@ GROUPS: dict[str, dict[str, Slot]] = {
         "restore_foot": _slot(
             "lane", "Set f to the force of the lowest storey of the section above.", "drift memory c", "f"
         ),
+        "add_velocity_force": _slot(
+            "spring, lane",
+            "Add forces of the law that depend on the rate of deformation (lumped structures).",
+            "drift rate memory c",
+            "f",
+        ),
         "add_to_force": _slot("storey, lane", "Add forces that depend on the drift.", "drift", "f"),
         "add_to_stiffness": _slot(
             "storey, lane",
@@ -252,6 +258,12 @@ GROUPS: dict[str, dict[str, Slot]] = {
             "Evaluate the force of a spring in a stage (lumped structures).",
             "memory c",
             "drift rate f restoring dashpot",
+        ),
+        "visit_pairs": _slot(
+            "kernel",
+            "Evaluate the forces of all biaxial springs in a stage (lumped structures).",
+            "",
+            "drift rate f restoring dashpot spring_force",
         ),
         "push_springs": _slot(
             "kernel",

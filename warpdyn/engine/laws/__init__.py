@@ -12,8 +12,16 @@ from __future__ import annotations
 import importlib
 from typing import Any
 
-from warpdyn.engine.laws.definition import DEVICES, LAWS
-from warpdyn.engine.laws.law import HARDENING_RATIO, YIELD_FORCE, Device, Law, StoreyElement, parameter, shared
+from warpdyn.engine.laws.definition import BIAXIAL_LAWS, CONTACTS, DEVICES, LAWS
+from warpdyn.engine.laws.law import (
+    HARDENING_RATIO,
+    YIELD_FORCE,
+    Device,
+    Law,
+    StoreyElement,
+    parameter,
+    shared,
+)
 from warpdyn.engine.laws.parameter import Parameter
 from warpdyn.foundations.core.near_misses import did_you_mean
 
@@ -22,6 +30,17 @@ from warpdyn.engine.laws.elastic.parameters import Elastic  # isort: skip
 from warpdyn.engine.laws.bilinear.parameters import Bilinear, ElasticPerfectlyPlastic  # isort: skip
 from warpdyn.engine.laws.bouc_wen.parameters import BoucWen  # isort: skip
 from warpdyn.engine.laws.baber_noori.parameters import BaberNoori
+from warpdyn.engine.laws.biaxial.law import BiaxialLaw
+from warpdyn.engine.laws.biaxial.parameters import CircularYield, FrictionSlider, IsotropicBoucWen, ParkWenAng
+from warpdyn.engine.laws.contacts.contact import Contact
+from warpdyn.engine.laws.contacts.parameters import (
+    HertzContact,
+    JankowskiContact,
+    KelvinVoigtContact,
+    KelvinVoigtContactWithTension,
+    MuthukumarDesRochesContact,
+    YeLiZhuContact,
+)
 from warpdyn.engine.laws.devices.parameters import FrictionDamper, Gap, OneSidedGap, ViscousDamper
 from warpdyn.engine.laws.hysteretic.parameters import Hysteretic
 from warpdyn.engine.laws.ibarra_medina_krawinkler.parameters import (
@@ -30,6 +49,7 @@ from warpdyn.engine.laws.ibarra_medina_krawinkler.parameters import (
     IbarraMedinaKrawinklerPinching,
 )
 from warpdyn.engine.laws.isolators.parameters import FrictionPendulum, LeadRubberBearing
+from warpdyn.engine.laws.isolators.triple_pendulum import triple_pendulum
 from warpdyn.engine.laws.maxwell_damper.parameters import MaxwellDamper
 from warpdyn.engine.laws.menegotto_pinto.parameters import MenegottoPinto
 from warpdyn.engine.laws.multilinear.parameters import Quadrilinear, Trilinear
@@ -39,30 +59,43 @@ from warpdyn.engine.laws.saws.parameters import Saws
 from warpdyn.engine.laws.self_centring.parameters import SelfCentring
 
 __all__ = [
+    "BIAXIAL_LAWS",
+    "CONTACTS",
     "DEVICES",
     "GEM_DAMAGE",
     "HARDENING_RATIO",
     "LAWS",
     "YIELD_FORCE",
     "BaberNoori",
+    "BiaxialLaw",
     "Bilinear",
     "BoucWen",
+    "CircularYield",
+    "Contact",
     "Device",
     "Elastic",
     "ElasticPerfectlyPlastic",
     "FrictionDamper",
     "FrictionPendulum",
+    "FrictionSlider",
     "Gap",
+    "HertzContact",
     "Hysteretic",
     "IbarraMedinaKrawinklerBilinear",
     "IbarraMedinaKrawinklerPeakOriented",
     "IbarraMedinaKrawinklerPinching",
+    "IsotropicBoucWen",
+    "JankowskiContact",
+    "KelvinVoigtContact",
+    "KelvinVoigtContactWithTension",
     "Law",
     "LeadRubberBearing",
     "MaxwellDamper",
     "MenegottoPinto",
+    "MuthukumarDesRochesContact",
     "OneSidedGap",
     "Parameter",
+    "ParkWenAng",
     "PeakOriented",
     "Pinching4",
     "Quadrilinear",
@@ -72,9 +105,11 @@ __all__ = [
     "Takeda",
     "Trilinear",
     "ViscousDamper",
+    "YeLiZhuContact",
     "certify",
     "parameter",
     "shared",
+    "triple_pendulum",
 ]
 
 

@@ -192,6 +192,13 @@ class BuildingLaw:
             stiffest[..., storeys if storeys.size else slice(None)] = law.stiffest(own)
         return sum((device.stiffest(p) for device in self.devices), stiffest)
 
+    def steepest_damping(self, p: Values) -> np.ndarray:
+        """Return the largest slope of a law's force along the velocity [N s/m], [structure, storey]."""
+        found = np.zeros_like(p["stiffness"], dtype=float)
+        for law, storeys, own in self._laws(p):
+            found[..., storeys if storeys.size else slice(None)] = law.steepest_damping(own)
+        return found
+
     def relaxation_rate(self, p: Values) -> np.ndarray:
         """Return the largest rate [1/s] at which forces of devices relax at a constant drift, [structure, storey]."""
         rates = [device.relaxation_rate(p) for device in self.devices]

@@ -38,8 +38,13 @@ def never_settles(driver: Any, memory: Any, c: Any):
     return type(driver)(0.0)
 
 
+@wp.func
+def has_no_force(drift: Any, velocity: Any, memory: Any, c: Any):
+    return type(drift)(0.0)
+
+
 # If only one of two laws has a function, these functions replace the missing function of the other law. All except the
-# last two have the arguments (driver, memory, coefficients).
+# last four have the arguments (driver, memory, coefficients).
 ABSENT = {
     "force": None,
     "force_at_accepted_state": None,  # the trial force
@@ -53,6 +58,8 @@ ABSENT = {
     "relaxation_over_step": never_settles,
     "memory_after": is_kept_over,
     "tangent": None,
+    "viscous_force": has_no_force,
+    "memory_at_velocity": is_kept_over,
 }
 OF_MEMORY = ("return_mapping", "memory_on_line", "rate", "memory_after")
 SUMS = ("force", "force_at_accepted_state", "elastic_energy", "tangent_on_line")
@@ -211,7 +218,8 @@ def one_or_other(rules: str, one: Spring, other: Spring) -> Spring:
                 return of_one(drift, increment, before, after, own(c))
             return of_other(drift, increment, before, after, own(c))
 
-        of_steps: dict[str, Callable] = {"memory_after": advanced, "tangent": tangents}
-        return of_steps.get(field, chosen)
+        if field in ("memory_after", "viscous_force", "memory_at_velocity"):
+            return advanced
+        return tangents if field == "tangent" else chosen
 
     return _row(name, one, other, combine, 1 + C, max(one.memory, other.memory))

@@ -21,12 +21,18 @@ from warpdyn.engine.methods.table import StoreyForces
 from warpdyn.foundations.core.sources import sources_read
 
 if TYPE_CHECKING:
+    from warpdyn.engine.laws.biaxial.law import BiaxialLaw
+    from warpdyn.engine.laws.contacts.contact import Contact
     from warpdyn.engine.laws.law import Device, Law, StoreyElement
 
 #: Name in a scene -> class of the storey law.
 LAWS: dict[str, type[Law]] = {}
 #: Name in a scene -> class of the device; a device acts in parallel with the law of a storey.
 DEVICES: dict[str, type[Device]] = {}
+#: Name in a scene -> class of the contact; only springs of a lumped structure can have it.
+CONTACTS: dict[str, type[Contact]] = {}
+#: Name in a scene -> class of the biaxial law; only biaxial springs of a lumped structure can have it.
+BIAXIAL_LAWS: dict[str, type[BiaxialLaw]] = {}
 
 HALF_FLEXIBILITY = "half_flexibility"  # coefficient of the elastic energy of laws that do not define it
 OF_STOREY = ("stiffness", "mass", "height")

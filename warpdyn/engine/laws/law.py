@@ -170,13 +170,13 @@ class StoreyElement:
         relaxes: Whether the force changes with time at a constant drift; implicit methods do not support this.
         corners: Number of corners of the backbone that `ShearBuilding.from_capacity` fits; 0: a bilinear curve.
         exceptions: Checks of `wd.laws.certify` with a wider bound: {check: (bound, reason)}.
-        kind: "law" or "device".
-        is_device: Whether the class is a device.
+        kind: "law", "device", "contact" or "biaxial law".
+        is_device: Whether the class is a device or a contact, without the stiffness of a storey.
         is_dashpot: Whether the force depends only on the velocity; then the class has no variants.
         forces: The properties that decide which integration methods can be used.
         captured: The device functions in the class body, as their author wrote them.
-        table: LAWS or DEVICES.
-        kinds: The classes Law and Device.
+        table: LAWS, DEVICES, CONTACTS or BIAXIAL_LAWS.
+        kinds: The classes Law, Device, Contact and BiaxialLaw.
 
     Example:
         >>> wd.laws.Bilinear.name, list(wd.laws.Bilinear.parameters)
@@ -339,6 +339,11 @@ class StoreyElement:
     def stiffest(p: Values) -> np.ndarray:
         """Return the largest tangent stiffness that storeys can have [N/m], shape [structure, storey]."""
         return p["stiffness"]
+
+    @classmethod
+    def steepest_damping(cls, p: Values) -> np.ndarray:
+        """Return the largest slope of the force along the velocity [N s/m], [structure, storey]; usually 0."""
+        return np.zeros_like(p["stiffness"])
 
     @classmethod
     def relaxation_rate(cls, p: Values) -> np.ndarray:

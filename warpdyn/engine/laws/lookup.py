@@ -8,7 +8,7 @@ from typing import TypeVar, cast
 import numpy as np
 from numpy.typing import ArrayLike
 
-from warpdyn.engine.laws import DEVICES, LAWS
+from warpdyn.engine.laws import BIAXIAL_LAWS, CONTACTS, DEVICES, LAWS
 from warpdyn.engine.laws.building_law import missing_at
 from warpdyn.engine.laws.law import Device, Law, StoreyElement
 from warpdyn.foundations.core.checks import real_numbers
@@ -110,6 +110,26 @@ def laws_and_values(law: Given | Sequence[Given], others: Mapping[str, ArrayLike
     return kinds, own
 
 
+def class_and_values(
+    what: str, given: object, table: Mapping[str, type[Kind]], others: Collection[str]
+) -> tuple[type[Kind], dict[str, float | tuple[float, ...]]]:
+    """Return the class of the law of a spring, and its parameters if it is given as an object.
+
+    Args:
+        what: Kind of the law, for messages.
+        given: Its name, its class, or an object with its parameters.
+        table: CONTACTS or BIAXIAL_LAWS.
+        others: Names of the parameters that are given to the spring.
+
+    Raises:
+        ValueError: If the name is unknown, or a parameter is given twice.
+    """
+    kind = _given_class(what, given, table)
+    own = given.values() if isinstance(given, StoreyElement) else {}
+    _refuse_twice(own, others, "law")
+    return kind, own
+
+
 def check_written(texts: Mapping[str, str], where: str) -> None:
     """Check that the users' laws and devices in a stored scene are defined; warn if their source has changed.
 
@@ -174,6 +194,11 @@ def _given_class(what: str, given: object, table: Mapping[str, type[Kind]]) -> t
 
 def _of_the_other_kind(given: object, table: Mapping[str, type[StoreyElement]]) -> str:
     """Return a hint for a message if a device was given as the law of a storey, or a law as a device; else ""."""
+    name = type(given).name if isinstance(given, StoreyElement) and hasattr(type(given), "name") else given
+    if table is not CONTACTS and isinstance(name, str) and name in CONTACTS:
+        return f": {name!r} is a contact, which only a Spring of a LumpedStructure can have"
+    if table is not BIAXIAL_LAWS and isinstance(name, str) and name in BIAXIAL_LAWS:
+        return f": {name!r} is a biaxial law, which only a BiaxialSpring of a LumpedStructure can have"
     other: Mapping[str, type[StoreyElement]] = LAWS if table is DEVICES else DEVICES
     if isinstance(given, StoreyElement) and type(given).name in other:
         names: tuple[str, ...] = (type(given).name,)

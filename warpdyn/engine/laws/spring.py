@@ -48,6 +48,10 @@ class Spring:
             depends only on the velocity.
         relaxation_over_step: `(increment, memory, coefficients) ->` relaxation rate times the duration of the step, for
             the step of `memory_after`.
+        viscous_force: `(drift, velocity, memory, coefficients) -> force [N]` that is added to `force`; only springs of
+            lumped structures use it. None if the force does not depend on the velocity.
+        memory_at_velocity: `(drift, velocity, memory, coefficients) -> memory`, applied to each accepted step of a
+            lumped structure's springs. None if no memory value depends on drift and velocity.
     """
 
     force: Callable
@@ -67,3 +71,5 @@ class Spring:
     relaxation_rate: Callable | None = None
     relaxes_by_velocity: bool = False
     relaxation_over_step: Callable | None = None
+    viscous_force: Callable | None = None
+    memory_at_velocity: Callable | None = None

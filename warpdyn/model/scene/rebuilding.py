@@ -21,6 +21,7 @@ from warpdyn.model.ground_motions.motions_at_sites import MotionsAtSites
 from warpdyn.model.scene import distributions, scatter
 from warpdyn.model.scene.portfolio import Archetype, Portfolio
 from warpdyn.model.structures.builders.torsional_building import TorsionalBuilding
+from warpdyn.model.structures.lumped.biaxial_spring import BiaxialSpring
 from warpdyn.model.structures.lumped.spring import Spring
 from warpdyn.model.structures.lumped.structure import MATRICES, LumpedStructure
 from warpdyn.model.structures.shear_building import LinearSystem, ShearBuilding
@@ -187,7 +188,9 @@ class Rebuilding:
         _check_keys(told, where, (), ("degrees_of_freedom", "mass", "springs", "influence", "damping"))
         check_written(told.get("written_laws", {}), f"from_json(): {where}")
         springs = [
-            Spring(**{name: self.value(value, f"{where}.springs.{name}") for name, value in each.items()})
+            (BiaxialSpring if "direction_x" in each else Spring)(
+                **{name: self.value(value, f"{where}.springs.{name}") for name, value in each.items()}
+            )
             for each in told["springs"]
         ]
         names = told["degrees_of_freedom"]

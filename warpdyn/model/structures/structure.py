@@ -79,6 +79,10 @@ class Structure(ABC):
         """Return the names of the degrees of freedom or springs along a dimension; None if they have only numbers."""
         return None
 
+    def tied(self, name: str, values: np.ndarray) -> np.ndarray:
+        """Return drawn values of a parameter, shape [storey, structure], with equal values where they must be equal."""
+        return values
+
     def problem(self, values: Mapping[str, np.ndarray]) -> str | None:
         """Return a sentence on parameters that contradict each other, or None."""
         return self.storey_law.problem(values)

@@ -8,8 +8,11 @@ from dataclasses import replace
 import numpy as np
 
 from warpdyn.campaigns.integration.dynamics import Arrays, Dynamics, Modes, slowest_decay
-from warpdyn.engine.kernels.lumped.pattern import Pattern, Table, table_of, values_in
+from warpdyn.engine.kernels.lumped.pattern import PAIR, Pattern, Table, table_of, values_in
 from warpdyn.engine.kernels.output_table import HISTORY, OF_SPRINGS
+from warpdyn.engine.laws.building_law import BuildingLaw
+from warpdyn.engine.laws.elastic.parameters import Elastic
+from warpdyn.engine.laws.springs import StoreyRules, Variant
 from warpdyn.engine.methods.stability_limits import stable_step_of_eigenvalues, stable_step_of_yielding
 from warpdyn.engine.methods.state_matrices import highest_damping_rate, state_eigenvalues
 from warpdyn.engine.methods.table import Method
@@ -17,6 +20,7 @@ from warpdyn.model.ground_motions.excitation import Excitation
 from warpdyn.model.structures.lumped.matrices import of_springs_only, undamped
 from warpdyn.model.structures.lumped.structure import LumpedStructure
 
+Variants = tuple[list[Variant], list[Variant]]
 ROUNDED = 1e-14  # entries of an inverse matrix below this share of the largest one of their row and column are 0
 
 
@@ -32,8 +36,13 @@ class LumpedDynamics(Dynamics):
     def __init__(self, structure: LumpedStructure, representative: Mapping[str, np.ndarray]) -> None:
         super().__init__(structure, representative)
         values = of_springs_only({**structure.parameters, **representative})
-        self.law = structure.storey_law.rules(values)
-        self.variants = structure.storey_law.variants(values)
+        self.springs, self.pairs = laws_of(structure)
+        self.biaxial_law: StoreyRules | None = None
+        of_springs = self._of(self.springs, values)
+        self.law, self.variants = self.springs.rules(of_springs), self.springs.variants(of_springs)
+        if self.pairs is not None:
+            of_pairs = self._of(self.pairs, values)
+            self.biaxial_law, self.biaxial_variants = self.pairs.rules(of_pairs), self.pairs.variants(of_pairs)
         self.forces = replace(structure.storey_law.forces(), is_chain=False, is_lumped=True)
         self.counts_reversals = structure.storey_law.counts_reversals(values)
         self.is_sensitive = structure.storey_law.is_sensitive(values)
@@ -63,7 +72,30 @@ class LumpedDynamics(Dynamics):
             if tables[name].is_empty:
                 tables[name] = Table()
         is_damped = "damping_coefficient" in parameters or structure.damping in ("rayleigh", "stiffness_proportional")
-        return Pattern(**tables, components=structure.components, has_dashpots=is_damped)
+        return Pattern(
+            deformation=tables.pop("deformation"),
+            inverse_mass=tables.pop("inverse_mass"),
+            components=structure.components,
+            has_dashpots=is_damped,
+            pairs=structure.pairs,
+            biaxial_law=self.biaxial_law,
+            **tables,
+        )
+
+    def _of(self, law: BuildingLaw, values: Mapping[str, np.ndarray]) -> Arrays:
+        """Return the parameters of the springs, or of the biaxial springs, that have these laws."""
+        first = len(self.structure.springs) - PAIR * self.structure.pairs
+        rows = slice(first) if law is self.springs else slice(first, None, PAIR)
+        by_spring = self.structure.is_by_storey
+        return {name: each[..., rows] if by_spring(name) else each for name, each in values.items()}
+
+    def _coefficients(self, law: BuildingLaw, parameters: Arrays, variants: Variants) -> np.ndarray:
+        """Return the coefficients of the laws of springs, shape [spring x coefficient, structure]."""
+        values = self._of(law, of_springs_only(parameters))
+        shape = values["stiffness"].shape
+        read = law.coefficients(values, variants)
+        found = np.stack([np.broadcast_to(each, shape).T for each in read], axis=1)
+        return found.reshape(shape[1] * len(read), shape[0])
 
     def _matrices(self, parameters: Arrays, rayleigh: np.ndarray) -> dict[str, np.ndarray]:
         """Return the matrices of the kernel by the names of the pattern's tables, shape [structure, row, column]."""
@@ -104,6 +136,9 @@ class LumpedDynamics(Dynamics):
             stiffest = structure.storey_law.stiffest(of_springs_only(parameters))
             tangent = structure.stiffness_matrices(parameters, stiffest)
             highest = np.sqrt(undamped(mass, tangent)[0][:, -1])
+            steepest = structure.storey_law.steepest_damping(of_springs_only(parameters))
+            if steepest.any():
+                rate = highest_damping_rate(mass, damping + structure.of_springs(steepest))
             relaxation = structure.storey_law.relaxation_rate(of_springs_only(parameters))
             rate = np.maximum(rate, relaxation.max(axis=-1))
             stable = stable_step_of_yielding(method, highest, rate, stable)
@@ -116,22 +151,31 @@ class LumpedDynamics(Dynamics):
     def pack(self, parameters: Arrays, rayleigh: np.ndarray) -> Arrays:
         """Return the arrays of the kernel; the last dimension is the structure."""
         structures, of_structure = len(parameters["mass"]), self.structure
-        read = of_structure.storey_law.coefficients(of_springs_only(parameters), self.variants)
-        coefficients = np.stack([np.broadcast_to(values, parameters["stiffness"].shape).T for values in read], axis=1)
+        coefficients = self._coefficients(self.springs, parameters, self.variants)
         matrices = self._matrices(parameters, rayleigh.T)
         assert self.pattern is not None
         terms = [values_in(table, matrices[name]) for name, table in self.pattern.tables.items()]
         if self.pattern.has_dashpots:
             terms.append(of_structure.dashpots(parameters, rayleigh.T).T)
+        if self.pairs is not None:
+            terms.append(self._coefficients(self.pairs, parameters, self.biaxial_variants))
         whole = np.concatenate(terms)
         packed = {
-            "coefficients": coefficients.reshape(-1, structures),
+            "coefficients": coefficients if len(coefficients) else np.zeros((1, structures)),
             "terms": whole if len(whole) else np.zeros((1, structures)),
         }
         if self.has_drift_capacity:
             with np.errstate(invalid="ignore"):
                 packed["inverse_drift_capacity"] = np.nan_to_num(1 / parameters["deformation_capacity"].T)
         return packed | ({"mass_damping": rayleigh[:, 0]} if self.damping == "mass_proportional" else {})
+
+
+def laws_of(structure: LumpedStructure) -> tuple[BuildingLaw, BuildingLaw | None]:
+    """Return the laws of the springs and those of the biaxial springs; None without biaxial springs."""
+    if not structure.pairs:
+        return structure.storey_law, None
+    laws, first = structure.storey_law.of_storeys, len(structure.springs) - PAIR * structure.pairs
+    return BuildingLaw(laws[:first] or (Elastic,)), BuildingLaw(laws[first::PAIR])
 
 
 def _without_rounding(matrices: np.ndarray) -> np.ndarray:

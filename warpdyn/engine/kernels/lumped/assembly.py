@@ -3,8 +3,9 @@
 from warpdyn.engine.kernels.lumped.pattern import products, transposed
 
 FIELDS = {
-    "Structure": {"terms": "float[,]"}
-}  # values of the entries of all matrices, and of dashpots, [value, structure]
+    # Values of the entries of all matrices, of dashpots, and coefficients of biaxial springs, [value, structure].
+    "Structure": {"terms": "float[,]"},
+}
 
 
 def wanted(plan):
@@ -28,7 +29,12 @@ def names(plan):
     ground = "base" if pattern.components == 1 else "ground"
     by_row = transposed(pattern.deformation, plan.dofs)
     count = pattern.values + pattern.springs * pattern.has_dashpots
+    if pattern.biaxial_law is not None:
+        from warpdyn.engine.laws.biaxial.functions import biaxial_functions
+
+        count += pattern.pairs * biaxial_functions(pattern.biaxial_law).coefficients
     return {
+        "ROWS": pattern.springs,
         "TERMS": count,
         "FIRST_DASHPOT": pattern.values,
         "HAS_UNMOVED": is_base and not pattern.unmoved.is_empty,

@@ -9,7 +9,10 @@ from dataclasses import dataclass, field, fields
 
 import numpy as np
 
+from warpdyn.engine.laws.springs import StoreyRules
+
 TERMS_PER_STATEMENT = 3  # so that no line is longer than 120 columns
+PAIR = 2  # components of a biaxial spring
 UNIT = -1  # place of a value that is 1 in all structures
 
 
@@ -63,6 +66,8 @@ class Pattern:
         output: Outputs, from displacements of the degrees of freedom, [output, dof].
         components: Number of components of the base motion.
         has_dashpots: Whether a spring has a dashpot.
+        pairs: Number of biaxial springs; the deformations of their components are the last rows of `deformation`.
+        biaxial_law: Device functions of the biaxial springs; None without such springs.
     """
 
     deformation: Table
@@ -74,11 +79,18 @@ class Pattern:
     output: Table = field(default_factory=Table)
     components: int = 1
     has_dashpots: bool = False
+    pairs: int = 0
+    biaxial_law: StoreyRules | None = None
 
     @property
     def springs(self) -> int:
-        """Number of springs."""
+        """Number of springs; a biaxial spring counts as two."""
         return len(self.deformation.rows)
+
+    @property
+    def single_springs(self) -> int:
+        """Number of springs without the biaxial ones."""
+        return self.springs - PAIR * self.pairs
 
     @property
     def tables(self) -> dict[str, Table]:

@@ -53,7 +53,7 @@ def start():
         collapse_time[j] = dtype(-1.0)
         stands[j] = dtype(1.0)
         last_interval[j] = live_intervals[j]
-    for i in range(SPRINGS):
+    for i in range(ROWS):
         for j in range(LANES):
             if wp.abs(deformation[i, j]) * inverse_capacity[i, j] > dtype(1.0):
                 collapse_time[j] = dtype(0.0)
@@ -83,7 +83,7 @@ def end_step():
         over[j] = dtype(0.0)
         if collapse_time[j] >= dtype(0.0):
             stands[j] = dtype(0.0)
-    for i in range(SPRINGS):
+    for i in range(ROWS):
         for j in range(LANES):
             over[j] = larger(over[j], wp.abs(deformation[i, j]) * inverse_capacity[i, j])
     for j in range(LANES):
@@ -95,7 +95,7 @@ def end_step():
 
 
 def collapse_here():
-    for i in range(SPRINGS):
+    for i in range(ROWS):
         share = share_beyond(earlier_deformation[i, j], deformation[i, j], inverse_capacity[i, j])
         if share > dtype(0.0):
             change = wp.abs(deformation[i, j] - earlier_deformation[i, j]) * inverse_capacity[i, j]
@@ -104,7 +104,7 @@ def collapse_here():
             past_share[j] = share
             collapse_spring[j] = dtype(i + 1)
     if SPRING:
-        for i in range(SPRINGS):
+        for i in range(ROWS):
             change = deformation[i, j] - earlier_deformation[i, j]
             at_collapse = wp.abs(deformation[i, j] - past_share[j] * change)
             peak_deformation[i, j] = wp.max(peak_deformation[i, j], at_collapse)

@@ -14,7 +14,7 @@ def names(plan):
     from warpdyn.engine.kernels.plan import DTYPES
 
     method, memory = tableau(plan), spring_row(plan.law).memory
-    rows = plan.pattern.springs * method.stages * memory
+    rows = plan.pattern.single_springs * method.stages * memory
     return {
         "reach": method.reach,
         "of_velocity": method.a,

@@ -12,7 +12,17 @@ from warpdyn.engine.methods.table import METHODS
 def wanted(plan):
     method = METHODS[plan.method]
     is_followed = method.kind == "implicit" or (method.kind == "explicit" and not method.is_adaptive)
-    return plan.family in ("chain", "lumped") and is_followed and spring_row(plan.law).relaxation_rate is not None
+    settles = spring_row(plan.law).relaxation_rate is not None or pairs_settle(plan)
+    return plan.family in ("chain", "lumped") and is_followed and settles
+
+
+def pairs_settle(plan):
+    """Return whether the memory of biaxial springs follows a differential equation."""
+    if plan.pattern is None or plan.pattern.biaxial_law is None:
+        return False
+    from warpdyn.engine.laws.biaxial.functions import biaxial_functions
+
+    return biaxial_functions(plan.pattern.biaxial_law).relaxation_rate is not None
 
 
 def names(plan):
@@ -23,7 +33,8 @@ def names(plan):
     is_implicit = plan.kind == "implicit"
     dtype, law = DTYPES[plan.dtype], spring_row(plan.law)
     return {
-        "relaxation_of": law.relaxation_rate,
+        **({} if law.relaxation_rate is None else {"relaxation_of": law.relaxation_rate}),
+        "SPRINGS_SETTLE": law.relaxation_rate is not None,
         "relaxation_along": law.relaxation_over_step,
         "BY_VELOCITY": law.relaxes_by_velocity,
         "largest_deviation": wp.constant(dtype(LARGEST_DEVIATION)),
@@ -61,7 +72,8 @@ def end_storey():
 
 
 def end_spring():
-    fastest[j] = larger(fastest[j], relaxation_of(rate, memory, c))
+    if SPRINGS_SETTLE:
+        fastest[j] = larger(fastest[j], relaxation_of(rate, memory, c))
 
 
 def end_step():

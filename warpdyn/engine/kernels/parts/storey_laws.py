@@ -41,7 +41,7 @@ def names(plan):
     return {
         **number,
         "KEEPS_DRIFTS": keeps_drifts(plan),
-        "SPRINGS": "N" if plan.pattern is None else storeys,
+        "SPRINGS": "N" if plan.pattern is None else storeys,  # biaxial springs do not count
         "C": coefficients,
         "M": memory,
         "IS_MAPPING": law.return_mapping is not None,
@@ -49,7 +49,7 @@ def names(plan):
         "HAS_MEMORY": law.memory_after is not None,
         "HOLDS_FORCE": law.force_at_accepted_state is not None,
         "HAS_PADS": plan.pattern is None and storeys * plan.sections > plan.dofs,
-        "table": wp.types.matrix(shape=(storeys * coefficients, lanes), dtype=dtype),
+        "table": wp.types.matrix(shape=(max(1, storeys * coefficients), lanes), dtype=dtype),
         # Memory of all storeys, one after the other; without memory there is one row, which is not used.
         "memories": wp.types.matrix(shape=(max(1, storeys * memory), lanes), dtype=dtype),
         "coefficient_vector": wp.types.vector(length=coefficients, dtype=dtype),

@@ -16,7 +16,7 @@ def wanted(plan):
 
 
 def values_held(plan):
-    return 2 * plan.springs_of_thread
+    return 2 * plan.pattern.springs
 
 
 def declare():
@@ -35,7 +35,7 @@ def see_spring():
 
 
 def restart_recorders():
-    for i in range(SPRINGS):
+    for i in range(ROWS):
         peak_deformation[i, j] = dtype(0.0)
         peak_force[i, j] = dtype(0.0)
 

@@ -41,6 +41,7 @@ def visit_spring():
         if not HAS_RESTORE:
             f = force_of(drift, memory, c)
         slot("restore")
+        slot("add_velocity_force")
         restoring = f
         if HAS_ADD_TO_DASHPOT:
             dashpot = dtype(0.0)
@@ -85,6 +86,7 @@ def integrate_lumped(
         for i in range(SPRINGS):
             for q in range(C):
                 coefficients[i * C + q, j] = structures.coefficients[i * C + q, s]
+        for i in range(ROWS):
             slot("read_spring")
         for i in range(N):
             u[i, j] = loads.initial_displacement[i]
@@ -120,6 +122,7 @@ def integrate_lumped(
                     slot("begin_walk")
                 for i in range(SPRINGS):
                     slot("visit_spring")
+                slot("visit_pairs")
                 if HAS_ADD_LOAD:
                     for i in range(N):
                         for j in range(LANES):
@@ -167,6 +170,7 @@ def integrate_lumped(
         for i in range(SPRINGS):
             for m in range(M):
                 total += z[i * M + m, j]
+        for i in range(ROWS):
             slot("finish_spring")
         slot("after_finish")
         status = ok

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from warpdyn.model.structures.lumped.biaxial_spring import Component
 from warpdyn.model.structures.lumped.damping import rayleigh_factors
 from warpdyn.model.structures.lumped.names import row_of
 from warpdyn.model.structures.lumped.spring import Spring
@@ -18,7 +19,7 @@ class LumpedMatrices:
     """Methods of a LumpedStructure that return matrices; `values` are parameters with the first dimension structure."""
 
     dof_names: tuple[str, ...]
-    springs: tuple[Spring, ...]
+    springs: tuple[Spring | Component, ...]
     matrices: Mapping[str, np.ndarray]
     load_mass: np.ndarray | None
     outputs: Mapping[str, Mapping[str, float]]

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from warpdyn.engine.laws import DEVICES, LAWS
+from warpdyn.engine.laws import CONTACTS, DEVICES, LAWS
+from warpdyn.engine.laws.contacts.contact import Contact
 from warpdyn.engine.laws.law import Device, StoreyElement
-from warpdyn.engine.laws.lookup import devices_and_values, laws_and_values
+from warpdyn.engine.laws.lookup import class_and_values, devices_and_values, laws_and_values
 from warpdyn.foundations.core.checks import checked_text, real_number, real_numbers, shortened
 from warpdyn.foundations.core.near_misses import did_you_mean, with_suggestions
 from warpdyn.model.structures.lumped.names import checked_coefficients
@@ -24,9 +25,10 @@ class Spring:
         name: Name of the spring in messages and datasets.
         direction: Coefficients of the deformation, {degree of freedom: coefficient}: [1] for a translation, [m] for a
             rotation in rad.
-        law: A storey law, or one of the devices "gap", "one_sided_gap" and "friction_damper": its name, its class, or
-            an object with its parameters. See `warpdyn.laws.LAWS`.
-        stiffness: Initial stiffness of the law [N/m]; None: 0 for a device, or for a spring that is only a dashpot.
+        law: A storey law, a contact, or one of the devices "gap", "one_sided_gap" and "friction_damper": its name, its
+            class, or an object with its parameters. See `warpdyn.laws.LAWS` and `warpdyn.laws.CONTACTS`.
+        stiffness: Initial stiffness of the law [N/m]; None: 0 for a device or a contact, or for a spring that is
+            only a dashpot.
         damping_coefficient: Coefficient of a linear dashpot parallel to the spring [N s/m].
         deformation_capacity: Deformation at which the structure collapses [m]; None: no capacity.
         **parameters: Parameters of the law, one value each, such as `yield_force` [N].
@@ -75,7 +77,7 @@ class Spring:
         self.deformation_capacity = deformation_capacity
         if deformation_capacity is not None:
             self.deformation_capacity = real_number(f"{where}: deformation_capacity [m]", deformation_capacity, above=0)
-        self.parameters = _values_of(where, self.law, {**parameters, **own})
+        self.parameters = checked_parameters(where, self.law, {**parameters, **own})
 
     def description(self) -> dict[str, object]:
         """Return the spring as a dictionary, for the JSON of its scene."""
@@ -92,10 +94,13 @@ class Spring:
 
 
 def _law_of(where: str, law: object, parameters: Mapping[str, float]) -> tuple[type[StoreyElement], dict]:
-    """Return the class of a spring's law or device, and the parameters of an object."""
+    """Return the class of a spring's law, device or contact, and the parameters of an object."""
     given = law if isinstance(law, type) else type(law)
+    is_contact = law in CONTACTS if isinstance(law, str) else issubclass(given, Contact)
     is_device = law in DEVICES if isinstance(law, str) else issubclass(given, Device)
     try:
+        if is_contact:
+            return class_and_values("contact", law, CONTACTS, parameters)
         if is_device and not (isinstance(law, str) and law in LAWS):
             kinds, own = devices_and_values((law,), parameters)  # type: ignore[arg-type] # it refuses other classes
         else:
@@ -108,7 +113,7 @@ def _law_of(where: str, law: object, parameters: Mapping[str, float]) -> tuple[t
     return kinds[0], own
 
 
-def _values_of(where: str, law: type[StoreyElement], given: Mapping[str, object]) -> dict[str, float]:
+def checked_parameters(where: str, law: type[StoreyElement], given: Mapping[str, object]) -> dict[str, float]:
     """Return the parameters of a law with their defaults, checked."""
     for name in given:
         if name not in law.parameters:

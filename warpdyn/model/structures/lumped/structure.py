@@ -16,6 +16,7 @@ from warpdyn.foundations.core.checks import checked_text, real_number, shortened
 from warpdyn.foundations.core.frozen_values import FrozenMapping
 from warpdyn.foundations.core.near_misses import with_suggestions
 from warpdyn.model.structures.damping import DAMPING_RATIO
+from warpdyn.model.structures.lumped.biaxial_spring import BiaxialSpring, Component
 from warpdyn.model.structures.lumped.damping import checked_damping
 from warpdyn.model.structures.lumped.matrices import OF_DOFS, LumpedMatrices, of_springs_only, undamped
 from warpdyn.model.structures.lumped.names import check_known, checked_coefficients, checked_matrix, row_of
@@ -27,6 +28,7 @@ MOST_DOFS, MOST_SPRINGS = 64, 128
 MOST_COMPONENTS = 6  # of the base motion
 LEAST_OF_STIFFNESS = 1e-13  # least squared frequency of a structure that cannot move freely, over the highest one
 LEAST_OF_MASS = 1e-12  # least eigenvalue of the mass matrix, scaled to a diagonal of ones
+PAIR = 2  # components of a biaxial spring
 OF_STRUCTURE = ("damping_ratio",)
 MATRICES = {  # with their units
     "mass_matrix": "kg",
@@ -45,7 +47,7 @@ class LumpedStructure(LumpedMatrices, Structure):
 
     Args:
         mass: Mass of each degree of freedom, {name: mass}: [kg] for a translation, [kg m2] for a rotation.
-        springs: The springs.
+        springs: The springs. A biaxial spring counts as two.
         influence: Displacement of each degree of freedom under a unit displacement of the base [1], {name: value}; for
             several components of base motion a list of such dictionaries. Missing degrees of freedom have 0. None: 1
             for each degree of freedom.
@@ -101,7 +103,7 @@ class LumpedStructure(LumpedMatrices, Structure):
     def __init__(
         self,
         mass: Mapping[str, float],
-        springs: Sequence[Spring],
+        springs: Sequence[Spring | BiaxialSpring],
         *,
         influence: Mapping[str, float] | Sequence[Mapping[str, float]] | None = None,
         mass_matrix: ArrayLike | None = None,
@@ -119,6 +121,8 @@ class LumpedStructure(LumpedMatrices, Structure):
         if not 1 <= len(masses) <= MOST_DOFS:
             raise ValueError(f"a lumped structure has 1 to {MOST_DOFS} degrees of freedom, got {len(masses)}")
         self.springs = _checked_springs(springs, self.dof_names)
+        self.given_springs = tuple(springs)
+        self.pairs = sum(isinstance(each, BiaxialSpring) for each in springs)
         self.influence = self._influence(influence)
         self.outputs = self._outputs(outputs)
         given = dict(zip(MATRICES, (mass_matrix, stiffness_matrix, damping_matrix, geometric_stiffness), strict=True))
@@ -187,7 +191,26 @@ class LumpedStructure(LumpedMatrices, Structure):
     def problem(self, values: Mapping[str, np.ndarray]) -> str | None:
         """Return a sentence on a wrong mass, a free motion or wrong parameters of springs; None if all are right."""
         problem = self._mass_problem(values) or self._stiffness_problem(values)
-        return problem or self.storey_law.problem(of_springs_only(values))
+        return problem or self._pair_problem(values) or self.storey_law.problem(of_springs_only(values))
+
+    def _pair_problem(self, values: Mapping[str, np.ndarray]) -> str | None:
+        """Return a sentence on a parameter with different values in the components of a biaxial spring, or None."""
+        for name, each in values.items():
+            if self.pairs and self.is_by_storey(name) and self.dim_of(name) == "spring":
+                first = len(self.springs) - PAIR * self.pairs
+                pairs = each[..., first:].reshape(*each.shape[:-1], self.pairs, PAIR)
+                bad = (pairs[..., 0] != pairs[..., 1]) & ~np.isnan(pairs).all(axis=-1)
+                if bad.any():
+                    spring = self.springs[first + PAIR * np.argwhere(bad)[0, -1]].name.removesuffix(" x")
+                    return f"biaxial spring {spring!r}: {name} differs between its components: give both the same value"
+        return None
+
+    def tied(self, name: str, values: np.ndarray) -> np.ndarray:
+        """Return drawn values, shape [spring, structure], with equal values in the components of biaxial springs."""
+        if self.pairs and self.is_by_storey(name) and self.dim_of(name) == "spring":
+            first = len(self.springs) - PAIR * self.pairs
+            values[first + 1 :: PAIR] = values[first::PAIR]
+        return values
 
     def _mass_problem(self, values: Mapping[str, np.ndarray]) -> str | None:
         mass = self.mass_matrices({"mass": np.atleast_2d(values["mass"])})
@@ -272,7 +295,7 @@ class LumpedStructure(LumpedMatrices, Structure):
         """Return names, springs, matrices, influence, outputs and damping, for the structure's JSON."""
         found: dict[str, Any] = {
             "degrees_of_freedom": list(self.dof_names),
-            "springs": [spring.description() for spring in self.springs],
+            "springs": [spring.description() for spring in self.given_springs],
             "influence": self.influence.T.tolist(),
             "damping": self.damping,
         }
@@ -321,22 +344,24 @@ class LumpedStructure(LumpedMatrices, Structure):
         )
 
 
-def _checked_springs(given: object, dofs: Sequence[str]) -> tuple[Spring, ...]:
-    """Return the springs, or raise an error that names the first wrong one."""
-    if not isinstance(given, list | tuple) or not all(isinstance(each, Spring) for each in given):
+def _checked_springs(given: object, dofs: Sequence[str]) -> tuple[Spring | Component, ...]:
+    """Return the springs and then the components of biaxial springs, or raise an error that names a wrong one."""
+    if not isinstance(given, list | tuple) or not all(isinstance(each, Spring | BiaxialSpring) for each in given):
         raise TypeError(f"springs must be a list of Springs, got {shortened(given)}")
-    if not 1 <= len(given) <= MOST_SPRINGS:
-        raise ValueError(f"a lumped structure has 1 to {MOST_SPRINGS} springs, got {len(given)}")
+    found: list[Spring | Component] = [each for each in given if isinstance(each, Spring)]
+    found += [part for each in given if isinstance(each, BiaxialSpring) for part in each.components]
+    if not 1 <= len(found) <= MOST_SPRINGS:
+        raise ValueError(f"a lumped structure has 1 to {MOST_SPRINGS} springs, got {len(found)}")
     names: set[str] = set()
-    for spring in given:
+    for spring in found:
         if spring.name in names:
             raise ValueError(f"two springs have the name {spring.name!r}: give the springs different names")
         names.add(spring.name)
         check_known(f"spring {spring.name!r}", spring.direction, dofs)
-    return tuple(given)
+    return tuple(found)
 
 
-def _spring_values(springs: Sequence[Spring]) -> dict[str, np.ndarray]:
+def _spring_values(springs: Sequence[Spring | Component]) -> dict[str, np.ndarray]:
     """Return the parameters of all springs, shape [spring]; NaN where the law of a spring does not have them."""
     found = {"stiffness": np.array([spring.stiffness for spring in springs])}
     if any(spring.damping_coefficient for spring in springs):

@@ -1,0 +1,1 @@
+"""Contacts between degrees of freedom: laws of springs that act in compression beyond a clearance."""
