@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from copy import copy
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
+from warpdyn.model.structures.lumped.biaxial_spring import BiaxialSpring, Component
 from warpdyn.model.structures.lumped.spring import Spring
 from warpdyn.model.structures.lumped.structure import LumpedStructure
 
@@ -38,11 +40,16 @@ def arguments_after(structure: LumpedStructure, dofs: Sequence[str], old: np.nda
     damping = inherent_damping(structure)
     if damping.any():
         found["damping_matrix"] = placed(damping)
-    springs: list[Spring] = []
+    springs: list[Spring | BiaxialSpring] = []
+    components: list[Component] = []
     for spring in structure.springs:
-        moved = copy(spring)
-        moved.direction = row_in_new(spring.direction)
-        springs.append(moved)
+        if isinstance(spring, Component):
+            components.append(replace(spring, direction=row_in_new(spring.direction)))
+        else:
+            moved = copy(spring)
+            moved.direction = row_in_new(spring.direction)
+            springs.append(moved)
+    springs += [BiaxialSpring.of_components(*pair) for pair in zip(components[::2], components[1::2], strict=True)]
     outputs = {name: row_in_new(row) for name, row in structure.outputs.items()}
     return found | {"springs": springs, "outputs": outputs}
 

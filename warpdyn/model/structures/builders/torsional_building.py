@@ -19,6 +19,7 @@ from warpdyn.model.structures.builders.storey_springs import (
     storey_springs,
     storey_values,
 )
+from warpdyn.model.structures.lumped.biaxial_spring import BiaxialSpring
 from warpdyn.model.structures.lumped.matrices import Values
 from warpdyn.model.structures.lumped.spring import Spring
 from warpdyn.model.structures.lumped.structure import MOST_DOFS, LumpedStructure
@@ -196,7 +197,9 @@ class TorsionalBuilding(LumpedStructure):
         )
 
     @classmethod
-    def of_parts(cls, mass: Mapping[str, float], springs: Sequence[Spring], **arguments: Any) -> TorsionalBuilding:
+    def of_parts(
+        cls, mass: Mapping[str, float], springs: Sequence[Spring | BiaxialSpring], **arguments: Any
+    ) -> TorsionalBuilding:
         """Return a building from its springs, its plan and the centres of mass of its floors, as in its JSON."""
         building = cls.__new__(cls)
         building._set_up(mass, springs, **arguments)
@@ -205,7 +208,7 @@ class TorsionalBuilding(LumpedStructure):
     def _set_up(
         self,
         mass: Mapping[str, float],
-        springs: Sequence[Spring],
+        springs: Sequence[Spring | BiaxialSpring],
         *,
         plan: np.ndarray,
         mass_centres: np.ndarray,

@@ -94,6 +94,19 @@ class BiaxialSpring:
         self.damping_coefficient = real_number(f"{where}: damping_coefficient [N s/m]", damping_coefficient, least=0)
         self.parameters = checked_parameters(where, self.law, {**parameters, **own})
 
+    @classmethod
+    def of_components(cls, first: Component, second: Component) -> BiaxialSpring:
+        """Return the spring with these components, which differ only in their names and directions."""
+        return cls(
+            first.name.removesuffix(" x"),
+            first.direction,
+            second.direction,
+            law=first.law,  # type: ignore[arg-type] # the law of a component is a biaxial law
+            stiffness=first.stiffness,
+            damping_coefficient=first.damping_coefficient,
+            **first.parameters,
+        )
+
     @property
     def components(self) -> tuple[Component, Component]:
         """The two components."""
