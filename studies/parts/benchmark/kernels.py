@@ -121,7 +121,10 @@ def measured(case: dict[str, Any], seconds: float, drifts: np.ndarray, note: str
 
 
 def compile_kernels(cases: Sequence[dict[str, Any]]) -> None:
-    """Compile the kernels of all cases and of the reference in advance, several at the same time."""
+    """Compile the kernels of all cases and of their reference runs in advance, several at the same time.
+
+    A reference run is the accurate run (float64, on the CPU) with which the peak drifts of a case are compared.
+    """
     jobs = {(c["law"], c["storeys"], c["dtype"], c["device"], c["recorders"], c["method"]) for c in cases}
     jobs |= {(c["law"], c["storeys"], "float64", "cpu", "drift", reference_method(c)) for c in cases}
 

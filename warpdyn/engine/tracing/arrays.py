@@ -1,4 +1,4 @@
-"""Arrays of recorded values: NumPy functions accept them instead of arrays, and the arrays record what is computed."""
+"""Arrays for tracing: NumPy functions accept them instead of ndarrays, and their operations are recorded."""
 
 from __future__ import annotations
 

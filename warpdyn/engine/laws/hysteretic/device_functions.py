@@ -48,7 +48,7 @@ MEMORY = wp.constant(len(M))
 
 @wp.func
 def hysteretic_backbone(x: Any, c: Any):
-    """Return the force of the backbone at a drift x, and the slope of the backbone just before x.
+    """Return the force of the backbone at a drift x >= 0, and its slope on the side of x nearer to zero drift.
 
     Drifts are divided by the yield drift, forces by the yield force, slopes by the initial stiffness.
     """
@@ -67,7 +67,7 @@ def hysteretic_backbone(x: Any, c: Any):
 
 @wp.func
 def hysteretic_backbone_of_side(x: Any, is_positive: bool, c: Any):
-    """Return the force of the backbone of one side (positive or negative) at a drift x, and its slope just before x.
+    """Return the force of the backbone of one side at a drift x, and its slope on the side of x nearer to zero drift.
 
     The backbones of the two sides differ. Drifts, forces and slopes are divided by yield drift, yield force and initial
     stiffness of the positive side.
@@ -99,9 +99,10 @@ def _step_function(name: str, ASYMMETRIC: bool) -> wp.Function:
     backbone = device_functions(name, backbone)["backbone"]
 
     def behind_yield(is_up: bool, c: Any):
-        """Return two drifts of the side from which the storey moves away.
+        """Return the yield drift, and the drift at the end of the second segment, of the side that the storey leaves.
 
-        The first drift is the yield drift of this side; beyond the second drift, its backbone is on the third segment.
+        A step in the positive direction leaves the negative side. Drifts are divided by the yield drift of the positive
+        side.
         """
         if ASYMMETRIC:
             yields = wp.where(is_up, c[C.YIELD_DRIFT_NEGATIVE], type(c[0])(1.0))
