@@ -77,7 +77,7 @@ class Ensemble:
 
     @property
     def example(self) -> Ensemble:
-        """Samples whose schedules are typical of this ensemble: here all samples, because all schedules are known."""
+        """Samples whose schedules are typical of this ensemble: all samples, because all schedules are known."""
         return self
 
     @property

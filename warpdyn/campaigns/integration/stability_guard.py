@@ -107,7 +107,7 @@ class StabilityFindings:
         self.unchecked += int(np.count_nonzero(flags[ended] < 0))
 
     def refuse(self, any_step: bool) -> None:
-        """Raise a ValueError if no step is stable for a sample or, with `any_step`, if any step is beyond its limit."""
+        """Raise a ValueError if no step is stable for a sample or, if `any_step`, if any step exceeds its limit."""
         if self.never is not None:
             raise ValueError(
                 f"{self.event}method {self.method!r} amplifies sample {self.never} at any step, because one of its "
@@ -293,9 +293,9 @@ def structures_of_a_range(samples_per_structure: int) -> int:
 class Reruns:
     """Reruns of failed samples, within a limit on the number of steps for each range of structures.
 
-    The failed samples of a range are run again in their order, until the steps of the reruns reach the limit of the
-    range. Whether a sample is run again thus depends only on the samples before it in its range. If many of these
-    samples fail, the sample may not be run again, although it would be run again in a run with fewer samples per range.
+    The failed samples of a range are run again in their order, as long as the steps of all reruns stay within the
+    limit, which follows from the steps of the samples up to then. Whether a sample is run again thus depends only on
+    the samples before it in its range. If many of them fail, the sample may not be run again.
     """
 
     def __init__(self) -> None:
@@ -349,7 +349,7 @@ class Reruns:
     def _charge(
         self, rerun: int, ranges: np.ndarray, steps: Callable[[slice], np.ndarray], which: np.ndarray
     ) -> np.ndarray:
-        """Charge the steps of samples to their ranges; return the steps charged up to and including some samples.
+        """Charge the steps of samples to their rerun ranges; return the sums of charged steps at the samples `which`.
 
         A row of ROW samples is charged with ROW times the steps of its first sample.
 

@@ -80,7 +80,7 @@ class DemandHistogram(Statistic):
 
 
 class HistogramReducer(Reducer):
-    """Reducer that counts samples by bin of a demand and by cell (combination of places along the dimensions).
+    """Reducer that counts samples by bin of a demand and by cell (combination of indices along the dimensions).
 
     Args:
         statistic: The statistic.

@@ -1,6 +1,6 @@
 """Counts of samples by cell and outcome, and sums of their demands, which are added up block by block.
 
-A cell is one combination of places along the dimensions of a statistic, such as (archetype, motion).
+A cell is one combination of indices along the dimensions of a statistic, such as (archetype, motion).
 """
 
 from __future__ import annotations

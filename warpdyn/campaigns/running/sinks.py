@@ -1,4 +1,4 @@
-"""Sinks of a run, which receive the results of its regions: memory, a netCDF file, a Zarr store, or statistics.
+"""Sinks of a run, which receive the results of its regions (ranges of structures): memory, files, or statistics.
 
 A region is a range of structures that one process integrates. A part is a group of structures (one kernel and default
 step) with its regions; a scene of one structure has one part, a portfolio several.

@@ -1,4 +1,4 @@
-"""The storey laws and devices of a whole building; each storey may have a different law."""
+"""The storey laws, dampers and stops of a whole building; each storey may have a different law."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def missing_at(name: str, storey: int, law: str) -> str:
 
 
 class BuildingLaw:
-    """The laws of the storeys of a building, and the devices of the building.
+    """The laws of the storeys of a building, and the dampers and stops of the building (its devices).
 
     An object has the methods of a `Law`; they refer to the whole building.
 
@@ -57,12 +57,12 @@ class BuildingLaw:
 
     @property
     def has_only_linear_springs(self) -> bool:
-        """Whether the springs of all laws and devices are linear; viscous dampers have no springs."""
+        """Whether the springs of all laws, dampers and stops are linear; viscous dampers have no springs."""
         return all(law.is_linear for law in self.laws) and all(device.is_dashpot for device in self.devices)
 
     @property
     def is_linear_until_yield(self) -> bool:
-        """Whether all storeys are linear until they yield; False with devices or if storeys have different laws."""
+        """Whether all storeys are linear until they yield; False if there are dampers or stops, or different laws."""
         return len(self.laws) == 1 and not self.devices and self.laws[0].is_linear_until_yield
 
     def forces(self, *, has_power_dampers: bool = False) -> StoreyForces:
@@ -186,14 +186,14 @@ class BuildingLaw:
         )
 
     def stiffest(self, p: Values) -> np.ndarray:
-        """Return the largest tangent stiffness [N/m] of each storey with its devices, shape [structure, storey]."""
+        """Return the largest tangent stiffness [N/m] of storeys with their dampers and stops, [structure, storey]."""
         stiffest = p["stiffness"].astype(float)
         for law, storeys, own in self._laws(p):
             stiffest[..., storeys if storeys.size else slice(None)] = law.stiffest(own)
         return sum((device.stiffest(p) for device in self.devices), stiffest)
 
     def relaxation_rate(self, p: Values) -> np.ndarray:
-        """Return the largest rate [1/s] at which forces of devices relax at a constant drift, [structure, storey]."""
+        """Return the largest rate [1/s] at which forces of dampers relax at a constant drift, [structure, storey]."""
         rates = [device.relaxation_rate(p) for device in self.devices]
         return np.max(np.stack(np.broadcast_arrays(np.zeros_like(p["stiffness"]), *rates)), axis=0)
 

@@ -112,7 +112,7 @@ def _row(name: str, one: Spring, other: Spring, combine: Callable, coefficients:
 
 
 def side_by_side(rules: str, one: Spring, other: Spring) -> Spring:
-    """Return the device functions of a storey in which a law and a device act in parallel: their forces are added.
+    """Return the device functions of a storey with a law and a damper or stop in parallel: their forces are added.
 
     `one` contains the functions of the law, `other` those of the device, and `rules` is the name of the combination.
     """

@@ -1,4 +1,4 @@
-"""Check and register the class of a storey law or device when the class is defined."""
+"""Check and register the class of a storey law, damper or stop when the class is defined."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ SAMPLE_STIFFNESS = 1.0e7  # N/m
 
 
 def define(cls: type[StoreyElement]) -> None:
-    """Complete, check and register a new class of a law or device; its annotated fields become its parameters.
+    """Complete, check and register a new class of a law, damper or stop; its annotated fields become its parameters.
 
     Raises:
         TypeError: If the class breaks a rule; the message names the class and the rule.

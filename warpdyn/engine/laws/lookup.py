@@ -1,4 +1,4 @@
-"""Find the classes of laws and devices that a user gives as names, OpenSees' names, classes or objects."""
+"""Find the classes of laws, dampers and stops that a user gives as names, OpenSees' names, classes or objects."""
 
 from __future__ import annotations
 

@@ -143,8 +143,7 @@ def no_column(what: str, name: str, table: pd.DataFrame) -> ValueError:
 
 
 def _checked_rows(what: str, table: pd.DataFrame) -> pd.DataFrame:
-    """Return the table with columns converted to float64 or to pandas categories; raise a ValueError if rows are
-    invalid.
+    """Return the table with columns converted to float64 or to categories; raise a ValueError if rows are invalid.
 
     The message states, for each kind of mistake, in how many rows it occurs.
     """

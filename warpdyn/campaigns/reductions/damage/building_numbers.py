@@ -37,7 +37,7 @@ def checked_number(given: ArrayLike, population: Population) -> np.ndarray:
 def losses_of_units(
     block: Block, rows: Rows, states: Any, ratios: np.ndarray, kind: np.ndarray, value: np.ndarray, workers: Workers
 ) -> tuple[Block, Rows]:
-    """Return the loss of each unit of a block, as a block of units, and the assignment of the units to cells.
+    """Return the losses of the units (samples that count as one) of a block as a block, and their assignment to cells.
 
     A unit is a sample or, with events, the worst sample of a structure in an event.
 

@@ -161,7 +161,7 @@ class Bounds:
 
 
 def states_of(block: Block, bounds: Bounds, population: Population, workers: Workers, *, each_place: bool) -> Any:
-    """Return the damage state of each sample of a block that is ok, shape [place, sample].
+    """Return the damage state of each sample of a block that is ok, shape [storey or floor, sample].
 
     Places are storeys or floors, if `each_place`; the last place is the worst of all. The result is computed once for
     all statistics with the same limits.
@@ -180,7 +180,7 @@ def states_of(block: Block, bounds: Bounds, population: Population, workers: Wor
 
 
 class DamageReducer(Reducer):
-    """Reducer that counts samples by damage state and by cell (combination of places along the dimensions).
+    """Reducer that counts samples by damage state and by cell (combination of indices along the dimensions).
 
     Args:
         statistic: The statistic.

@@ -82,7 +82,7 @@ def accepted_memory():
 
 
 def reached_drift():
-    """Set `reached_drift` of every lane to the accepted drift; with `u=us`, to the drift of a stage's state."""
+    """Set `reached_drift` of all lanes (samples) to the accepted drift; if `u` is `us`, to that of a stage's state."""
     if KEEPS_DRIFTS:
         reached_drift[j] = drifts[i, j]
     else:

@@ -1,4 +1,4 @@
-"""Devices that act in parallel with the law of a storey: dampers and stops.
+"""Parameters of dampers and stops (class `Device`), which act in parallel with the law of a storey.
 
 In storeys without a device, the strength of the device (force, stiffness or coefficient) is 0.
 """
