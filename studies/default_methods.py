@@ -98,7 +98,7 @@ def quantile(errors: np.ndarray, share: float) -> np.ndarray:
 
 
 def measure_errors(law: str, damping: str, storeys: int) -> list[dict[str, object]]:
-    """Measure the errors for a law, a kind of damping and a number of storeys; return one table row per candidate."""
+    """Measure the errors of methods for a law, a kind of damping and a number of storeys; return one row per method."""
     candidates = [BASE, *CANDIDATES]
     found: dict[tuple[str, int], list[np.ndarray]] = {key: [] for key in candidates}
     for shape, period in BUILDINGS[storeys]:
@@ -148,7 +148,7 @@ def least_seconds(runs: Iterable) -> np.ndarray:
 
 
 def measure_costs(law: str, device: str) -> list[dict[str, object]]:
-    """Measure the costs of the candidates for a law on one device; return one table row per candidate."""
+    """Measure the run times of methods for a law on one device; return one table row per method and step."""
     candidates, ratios = [BASE, *CANDIDATES], []
     for period in TIMED_PERIODS:
         scene = build_scene(law, TIMED_STOREYS, period, [records()[i] for i in TIMED_RECORDS], LEVELS)
@@ -200,7 +200,7 @@ def write_costs(device: str) -> None:
 
 
 def search(number: int, device: str) -> tuple[str, float, float]:
-    """Compare the default method with an exhaustive search in a random scene.
+    """Return the cost and error of the default method relative to the best method found for a random scene.
 
     Returns:
         The scene as text, the cost of the default method divided by the least cost found, and the error of the default

@@ -1,4 +1,4 @@
-"""Cases of the study benchmark, as lists of dictionaries, and the ensemble that warpdyn and its peers integrate."""
+"""Cases of the study benchmark, and the ensemble that warpdyn and other programs (peers) integrate."""
 
 from __future__ import annotations
 
@@ -110,7 +110,7 @@ def kernel_cases(devices: list[str], size: dict[str, Any]) -> list[dict[str, Any
 
 
 def peer_cases(devices: list[str], size: dict[str, Any]) -> list[dict[str, Any]]:
-    """Return the cases of all peers; if there are several GPUs, a peer uses the first."""
+    """Return the cases of all other programs (peers); if there are several GPUs, a peer uses the first."""
     kinds = {device.split(":")[0]: device for device in reversed(devices)}
     return [
         {"part": "kernels"} | case | {"method": row.get("method", "")}  # "": its own method, compared with RK4

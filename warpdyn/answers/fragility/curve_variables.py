@@ -38,7 +38,7 @@ def estimates(
     confidence: float,
     over_structures: bool,
 ) -> dict[str, tuple]:
-    """Return the variables of fractions, medians and dispersions with their bounds, at the worst and at each place.
+    """Return the variables of fractions, medians and dispersions with bounds, for each and for the worst storey.
 
     Args:
         counts: Numbers of samples by record, structure group, stripe, place and damage state.
@@ -106,7 +106,7 @@ def with_bounds(
 def curves(
     counts: StripeCounts, left: LeftOut, has_interval: np.ndarray, confidence: float, shape: CurveShape
 ) -> tuple[dict[str, tuple], np.ndarray]:
-    """Return the variables of the curves at the worst place with their bounds, and the intensities of their points.
+    """Return the variables of the curves of the worst storey or floor with bounds, and the intensities of their points.
 
     Arguments: see `estimates`; `shape` is the shape of the curves.
     """
@@ -139,7 +139,7 @@ def discretisation_variance(dataset: xr.Dataset, demand: str | None, states: int
     """Return the variance of ln(median) and ln(dispersion) due to the integration step, shape [2, damage_state].
 
     For the median it is the square of the median relative error of the demand, which the run estimates if
-    `checked_share` is given. It is NaN without `checked_share`, and always NaN for the dispersion.
+    `checked_share` is given. It is NaN if `checked_share` was not given, and always NaN for the dispersion.
     """
     variance = np.full((2, states), np.nan)
     if "estimated_relative_error" in dataset and demand in dataset["estimated_relative_error"]["demand"].values:
@@ -175,7 +175,7 @@ def variances(left: LeftOut, has_interval: np.ndarray, of_discretisation: np.nda
 
 
 def sandwich(left: LeftOut, outcome: np.ndarray) -> dict[str, tuple]:
-    """Return variables of the cluster-robust variance of ln(median) and ln(dispersion) at the worst place.
+    """Return variables of the cluster-robust variance of ln(median) and ln(dispersion) for the worst storey or floor.
 
     The variance is NaN for penalised fits, because separated stripes have no scatter.
     """
@@ -194,7 +194,7 @@ def sandwich(left: LeftOut, outcome: np.ndarray) -> dict[str, tuple]:
 def draws(
     left: LeftOut, has_interval: np.ndarray, count: int, seed: int, units: str, confidence: float
 ) -> dict[str, tuple]:
-    """Return variables with draws from the joint sampling distribution of medians and dispersions, at the worst place.
+    """Return variables with draws from the joint distribution of medians and dispersions (worst storey or floor).
 
     Args:
         left: The fits at the worst place.

@@ -84,7 +84,7 @@ def _reached(demand: np.ndarray, limits: np.ndarray) -> np.ndarray:
 
 
 def checked_demand(dataset: xr.Dataset, name: str, status: np.ndarray) -> np.ndarray:
-    """Return the values of a demand that are compared with limits, shape [place, sample], after a check.
+    """Return the values of a demand that are compared with limits, shape [storey or floor, sample], after a check.
 
     Args:
         dataset: The run.

@@ -31,7 +31,7 @@ class BuildingLaw:
 
     Args:
         laws: Law of each storey, or a single law for all storeys.
-        devices: Devices of all storeys; the strength of a device may be 0 in some storeys.
+        devices: Dampers and stops of all storeys; the strength of each may be 0 in some storeys.
     """
 
     def __init__(self, laws: Sequence[Element], devices: Sequence[Element] = ()) -> None:
@@ -47,12 +47,12 @@ class BuildingLaw:
 
     @property
     def name(self) -> str:
-        """Names of the laws and devices as one text, such as "bilinear|bouc_wen+gap"."""
+        """Names of the laws, dampers and stops as one text, such as "bilinear|bouc_wen+gap"."""
         return "+".join(["|".join(law.name for law in self.laws), *(device.name for device in self.devices)])
 
     @property
     def written(self) -> dict[str, str]:
-        """Source texts of those laws and devices of the building that users have defined: {name: source}."""
+        """Source texts of those laws, dampers and stops of the building that users have defined: {name: source}."""
         return {each.name: each.written for each in (*self.laws, *self.devices) if each.written}
 
     @property
@@ -204,7 +204,7 @@ def _received(numbers: Sequence[int], laws: Sequence[Any], devices: Sequence[Any
     Args:
         numbers: For each storey, the index of its law in `laws`.
         laws: The different laws, as the function `sent` pickles classes.
-        devices: The devices, as the function `sent` pickles classes.
+        devices: The dampers and stops, as the function `sent` pickles classes.
     """
     kinds: list[Element] = [received(each) for each in laws]
     return BuildingLaw([kinds[number] for number in numbers], [received(each) for each in devices])
@@ -219,7 +219,7 @@ def _counted_in_building(text: str, storeys: np.ndarray) -> str:
 
 
 def _widest(elements: Sequence[Element]) -> dict[str, Parameter]:
-    """Return the parameters {name: parameter} of all laws and devices of a building.
+    """Return the parameters {name: parameter} of all laws, dampers and stops of a building.
 
     If several laws have a parameter of the same name, its bounds are the widest of their bounds.
     """

@@ -368,7 +368,7 @@ class Law(StoreyElement):
 
 
 class Device(StoreyElement):
-    """Base class of devices, which act in parallel with the law of a storey; storeys without a device have strength 0.
+    """Base class of dampers and stops, which act in parallel with the law of a storey; their strength may be 0.
 
     Example:
         >>> damper = wd.laws.ViscousDamper(damper_coefficient=2e6)

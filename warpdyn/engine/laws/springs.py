@@ -46,7 +46,7 @@ class SideBySide:
 
     Args:
         first: The law of the storey.
-        second: The device.
+        second: The damper or stop.
     """
 
     first: StoreyRules

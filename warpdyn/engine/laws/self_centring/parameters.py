@@ -6,7 +6,7 @@ where the force is (1 - flag_height) times the yield force, plus the hardening f
 force is 0 at zero drift.
 
 Two limits are optional. Beyond `bearing_drift`, the gap stops opening and a bearing adds its stiffness. Beyond
-`slip_drift`, the whole device slips at a constant force, which leaves a residual drift; the bearing still acts at
+`slip_drift`, the whole assembly slips at a constant force, which leaves a residual drift; the bearing still acts at
 `bearing_drift`, measured from the original position.
 
 Differences from OpenSees:
