@@ -2,7 +2,8 @@
 
 Usage, in the folder `studies`: python -m parts.benchmark.start DEVICE
 
-The program imports warpdyn, runs one structure of the main job twice, and prints the time of each [s] as JSON.
+The program imports warpdyn, runs one structure of the study studies/p695_fragility.py twice, and prints the time of
+each [s] as JSON.
 """
 
 import json
