@@ -69,8 +69,8 @@ def plan(
     For each method, the pilot run finds the longest step whose error is below the target, in float32 or, if no step is
     accurate enough, in float64. Then it measures the times of these candidates. The error of a sample is the error of
     its peak storey drift (LinearSystem: peak displacement) against a run in float64 with a much shorter step, divided
-    by the largest peak of the sample. It must be below the target in 95 % of the pilot's samples. The table of the
-    result also contains the largest error, which may be large if a sample is at a bifurcation.
+    by the largest peak of the sample. This error must be below the target in 95 % of the pilot's samples. The table of
+    the result also contains the largest error, which may be large if a sample is at a bifurcation.
 
     Args:
         scene: The scene.

@@ -31,7 +31,7 @@ class Places:
 
     @cached_property
     def of_units(self) -> Places:
-        """The same row with one position for each unit."""
+        """The Places of a row that has one position for each unit instead of each sample."""
         cell = self.units[-1]
         return Places(cell, np.arange(cell.size))
 

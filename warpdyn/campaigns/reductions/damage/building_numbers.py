@@ -66,9 +66,9 @@ def losses_of_units(
 class NumberSums:
     """Sums of the buildings that the samples represent, by cell and damage state.
 
-    The sums are exact, so that they do not depend on the order of the samples. They are computed by the loss kernel:
-    the "loss" of a unit (a sample, or the worst sample of an event) is its number of buildings if it is in the damage
-    state, else 0.
+    The sums are exact, so that they do not depend on the order of the samples. The kernel that sums losses computes
+    them: the "loss" of a unit (a sample, or the worst sample of an event) is its number of buildings if it is in the
+    damage state, else 0.
 
     Args:
         cells: Cells of the statistic.

@@ -57,7 +57,7 @@ class Storeys:
         """Return random drifts [m] with reversals of all amplitudes, shape [step, storey]; the last drift is 0.
 
         Args:
-            steps: Number of steps between two reversals. It does not change the reversals themselves.
+            steps: Number of steps between two reversals. The number does not change the drifts at the reversals.
         """
         rng = np.random.default_rng(11)
         shape = (TURNS, self.count)

@@ -78,7 +78,7 @@ Order = tuple[Part, int, dict[str, Any]]
 
 
 class Here:
-    """This process as the only worker of a run; `OnCluster` has the same methods.
+    """The current process as the only worker of a run; the class `OnCluster` has the same methods.
 
     Args:
         execution: Devices, threads and memory.
