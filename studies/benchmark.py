@@ -6,8 +6,8 @@ The study measures: the kernels (laws x storeys x number types x recorders x dev
 same task, whose peak drifts must agree with those of warpdyn; the main job (the fragility study of
 studies/p695_fragility.py), from its scene to a file, split into its parts; the scaling over samples, CPU threads and
 GPUs; and the first compilation. It writes benchmark.nc and three figures. The code of the peers is in studies/peers;
-peers that are not installed are listed. With --method, the study measures only the kernels of this method and the peers
-compared with them, and writes benchmark_METHOD.nc.
+peers that are not installed are listed. If --method is given, the study measures only the kernels of this method and
+the peers compared with them, and writes benchmark_METHOD.nc.
 """
 
 from __future__ import annotations

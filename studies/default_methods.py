@@ -10,10 +10,10 @@ and number of storeys. Each has four buildings (two shapes of the stiffness over
 single storey, four periods). They are subjected to the 44 far-field records at one, two and four times the intensity at
 which the building yields.
 
-With `--costs` the study measures computing times for each law, and writes the column of its device in
-data/default_method_costs.csv; run it once on each device. With `--scenes` it draws random scenes instead. For each it
-prints the cost of the default method divided by the least cost of the methods SEARCHED whose error is at most that of
-the default method.
+With `--costs` the study measures computing times for each law, and writes the column of its processor (CPU or GPU) in
+data/default_method_costs.csv; run it once on each of the two. With `--scenes` it draws random scenes instead. For each
+it prints the cost of the default method divided by the least cost of the methods SEARCHED whose error is at most that
+of the default method.
 """
 
 from __future__ import annotations

@@ -3,9 +3,9 @@
     python studies/law_cycles.py --out docs/reference/laws
 
 Every storey follows the drift cycles of studies/laws.py, and a monotonic push from rest to the largest drift. The force
-of a device does not include the force of the storey to which it belongs. The study writes cycles.nc, in which forces
-are rounded to 1/1000 of the yield force. The tests of laws and devices compare this file with the forces that the
-present code computes.
+of a damper or stop does not include the force of the storey to which it belongs. The study writes cycles.nc, in which
+forces are rounded to 1/1000 of the yield force. The tests of laws, dampers and stops compare this file with the forces
+that the present code computes.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Shear chain in JAX, for the peers that use JAX: the equation of motion, and RK4 in a lax.scan."""
+"""Shear chain in JAX, for the compared programs (peers) that use JAX: the equation of motion, and RK4 in a lax.scan."""
 
 from __future__ import annotations
 

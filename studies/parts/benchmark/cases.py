@@ -247,7 +247,7 @@ def build_scene(ensemble: Ensemble, law: str, recorders: str, chosen: np.ndarray
 
 
 def build_peer_case(ensemble: Ensemble, case: dict[str, Any], chosen: np.ndarray) -> Case:
-    """Return chosen samples of an ensemble as a `Case`, the input of the peers."""
+    """Return chosen samples of an ensemble as a `Case`, the input of the other programs (peers)."""
     motion = ensemble.motion.acceleration
     place = np.arange((motion.size - 1) * case["substeps"] + 1) / case["substeps"]
     return Case(

@@ -75,14 +75,14 @@ def _read(path: Path, ended: str) -> Found:
 
 
 def _row(case: dict[str, Any], found: Found) -> dict[str, Any]:
-    """Return a case with the result of a peer as a row of the dataset."""
+    """Return a case with the result of a peer (another program) as a row of the dataset."""
     if found["status"] != "measured":
         return case | BLANK | {"status": found["status"], "note": found["note"]}
     return measured(case, found["seconds"], found["peaks"], found["note"])
 
 
 def _run(peer: str, device: str, threads: int, folder: Path, seconds: float) -> str:
-    """Run the process of a peer, and return a text on how it failed; "" if it succeeded."""
+    """Run the process of a peer (another program); return a text on how it failed, "" if it succeeded."""
     environment = os.environ | {
         "PYTHONPATH": os.pathsep.join(filter(None, [str(STUDIES), os.environ.get("PYTHONPATH")])),
         "XLA_PYTHON_CLIENT_PREALLOCATE": "false",  # otherwise JAX reserves most of the GPU's memory

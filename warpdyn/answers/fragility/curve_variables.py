@@ -41,7 +41,7 @@ def estimates(
     """Return the variables of fractions, medians and dispersions with bounds, for each and for the worst storey.
 
     Args:
-        counts: Numbers of samples by record, structure group, stripe, place and damage state.
+        counts: Numbers of samples by record, structure group, stripe, place (storey or floor) and damage state.
         left: The fits.
         outcome: Outcome of each fit, an index into FIT_MEANINGS, shape [place + 1, damage_state].
         status: Position of each median among the levels, of the same shape.
@@ -151,7 +151,7 @@ def variances(left: LeftOut, has_interval: np.ndarray, of_discretisation: np.nda
     """Return variables of the variance of ln(median) and ln(dispersion): by source, and for independent samples.
 
     Args:
-        left: The fits at the worst place, with and without each record and group of structures.
+        left: The fits at the worst storey or floor, with and without each record and group of structures.
         has_interval: Whether a damage state has an interval, shape [damage_state].
         of_discretisation: Variance due to the integration step, shape [2, damage_state]; None: it is unknown.
     """
@@ -219,7 +219,7 @@ def fit_flags() -> dict[str, Any]:
 
 
 def intensities_along(highest: float) -> np.ndarray:
-    """Return intensities from 0 to `highest` for the points of a curve, with smaller intervals at low intensities."""
+    """Return intensities from 0 to `highest` for the points of a curve, shape [point], closer at low intensities."""
     return highest * np.linspace(0.0, 1.0, _CURVE_POINTS) ** 2
 
 

@@ -19,7 +19,7 @@ class Damage:
     Args:
         passed: Number of damage states that each sample has reached, shape [place + 1, sample]. A sample has reached a
             state if its demand exceeds the limit of this state or of a heavier state. The last row is the worst of all
-            places.
+            places (storeys or floors).
         dim: Name of the dimension of the places, such as "storey"; "" if only the worst place is known.
         places: Labels of the places, shape [place].
     """

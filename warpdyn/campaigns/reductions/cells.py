@@ -96,7 +96,7 @@ class Cells:
         return part
 
     def of_run(self, cells: np.ndarray) -> np.ndarray:
-        """Return the numbers of some of these cells in the numbering of the cells of all structures of the run."""
+        """Return the numbers of these structures' cells in the numbering of all cells of the run, shape [cell]."""
         own = self.population.structure_dim
         if self._run is self or own not in self.dims:
             return cells

@@ -109,8 +109,8 @@ def pushover(
         `storey_force` [N] of the springs and `dissipated_energy` [J], defined as in `storey_hysteresis`, shape [step,
         storey]; `floor_load` [1], the share of each floor in the base shear, shape [floor]. The attribute `building` is
         the building as JSON. If no equilibrium is found in a step, the curve ends at the last equilibrium, whose roof
-        displacement lies within that step. Then a warning and the attribute `stopped_because` report the place and the
-        reason.
+        displacement lies within that step. Then a warning and the attribute `stopped_because` report the roof
+        displacement and the reason.
 
     Raises:
         ValueError: If a displacement is not finite, or the pattern is unknown, negative or without a load on the roof.

@@ -118,7 +118,7 @@ def check_written(texts: Mapping[str, str], where: str) -> None:
         where: The place of the stored scene, for messages.
 
     Raises:
-        ValueError: If a law or device is not defined.
+        ValueError: If a law, damper or stop is not defined.
     """
     for name, text in texts.items():
         known: type[StoreyElement] | None = LAWS.get(name) or DEVICES.get(name)
@@ -144,7 +144,7 @@ def _only_value(name: str, value: float | tuple[float, ...], storey: int) -> flo
 
 
 def _refuse_twice(own: Collection[str], others: Collection[str], what: str) -> None:
-    """Raise a ValueError if a parameter is given twice: in an object of a law or device, and to the building."""
+    """Raise a ValueError if a parameter is given twice: in an object of a law, damper or stop, and to the building."""
     for name in own:
         if name in others:
             raise ValueError(

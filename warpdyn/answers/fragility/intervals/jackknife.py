@@ -132,7 +132,7 @@ def leave_out(
     """Return curves fitted to all samples, and to the samples without each record or group of structures.
 
     Args:
-        counts: Numbers of samples by record, structure group, stripe, place and damage state.
+        counts: Numbers of samples by record, structure group, stripe, place (storey or floor) and damage state.
         estimator: Method of fitting curves.
         over_structures: Whether groups of structures are left out, too.
 
@@ -173,7 +173,7 @@ def without_each(
     If there is only one record, the first array is empty.
 
     Args:
-        counts: Numbers of samples by record, structure group, stripe, place and damage state.
+        counts: Numbers of samples by record, structure group, stripe, place (storey or floor) and damage state.
         estimate: Function of numbers of exceeding samples, shape [part, place + 1, damage_state, im_level], and of
             numbers of samples, of a shape that broadcasts with it. It returns the estimates, shape [part, ...].
         shape: Shape [...] of the estimate.

@@ -41,7 +41,7 @@ def certify(
         loops, energies and convergence. No error is raised if a check fails.
 
     Raises:
-        TypeError: If `law` is not an object of a law or device class.
+        TypeError: If `law` is not an object of the class of a law, damper or stop.
         ValueError: If its parameters contradict each other.
 
     Example:

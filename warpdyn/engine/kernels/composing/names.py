@@ -129,7 +129,7 @@ def names_in_function(function: Callable, flags: Mapping[str, bool]) -> Body:
 
 
 def live_nodes(node: ast.AST, flags: Mapping[str, bool]) -> Iterator[ast.AST]:
-    """Yield a syntax node and all nodes inside it, except in branches that never run; `flags`: {condition: value}.
+    """Yield a node of a syntax tree and all nodes inside it, except in branches that never run.
 
     The dictionary `flags` contains the values of conditions in the source of a kernel: {name: value}.
     """
