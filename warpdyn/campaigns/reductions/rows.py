@@ -12,7 +12,8 @@ import numpy as np
 class Places:
     """Cell and unit of each sample of a row by its position (place) in the row; they are the same in all rows.
 
-    A row contains the samples of a structure or of one draw; a unit contains samples of which only the worst counts.
+    A row contains the samples of a structure or of one draw. A unit contains one or several samples; only the worst of
+    them counts.
 
     Args:
         cell: Number of the cell of each place, minus the number of the cell of the row, shape [place].

@@ -207,7 +207,7 @@ class Pipeline:
     def _prepared(self, preparation: Preparation, items: list[tuple[range, Queue]]) -> Generator[Block]:
         """Yield blocks that their devices have prepared; queue the next preparation on every device before that.
 
-        Without this queue, a device would be idle while the host waits for the preparation on another device.
+        Otherwise, a device would be idle while the host waits for the preparation on another device.
         """
         begun = deque[PreparedEnsemble]()
         for structures, queue in items:
