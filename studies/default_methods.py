@@ -5,10 +5,10 @@
     python studies/default_methods.py --device cuda:0 --costs
     python studies/default_methods.py --device cpu --scenes 200
 
-Without `--costs` the study measures errors and writes data/default_methods.csv, for each storey law, kind of damping
-and number of storeys. Each has four buildings (two shapes of the stiffness over the height and two first periods; for a
-single storey, four periods). They are subjected to the 44 far-field records at one, two and four times the intensity at
-which the building yields.
+If `--costs` is not given, the study measures errors and writes data/default_methods.csv, for each storey law, kind of
+damping and number of storeys. Each has four buildings (two shapes of the stiffness over the height and two first
+periods; for a single storey, four periods). They are subjected to the 44 far-field records at one, two and four times
+the intensity at which the building yields.
 
 With `--costs` the study measures computing times for each law, and writes the column of its processor (CPU or GPU) in
 data/default_method_costs.csv; run it once on each of the two. With `--scenes` it draws random scenes instead. For each

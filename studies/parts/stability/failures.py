@@ -88,8 +88,7 @@ def chain_limits(damping: str, device: str | None = None) -> tuple[float, float,
 def pushed_bouc_wen(
     ratio: np.ndarray, exponent: np.ndarray, steps: int, device: str | None = None
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Integrate Bouc-Wen storeys that are pushed at 1 m/s from z = 0, with RK4.
-
+    """Return z and status of Bouc-Wen storeys that are pushed at 1 m/s from z = 0, integrated by RK4.
 
     Args:
         ratio: Step divided by its limit, 2.785 uy / (n |v|), shape [storey].

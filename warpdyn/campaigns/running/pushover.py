@@ -219,9 +219,9 @@ class _PushedChain:
     def _step(self, displacement: float, stops_at_peak: bool) -> bool:
         """Move the roof to `displacement` [m] in one step; return whether an equilibrium was found there.
 
-        False if there is no equilibrium, or if `stops_at_peak` and the step would pass the peak strength of a storey.
-        The caller then uses a shorter step that ends at the peak, because from that point on the other storeys unload
-        while this storey softens.
+        The result is False if there is no equilibrium, or if `stops_at_peak` is True and the step would pass the peak
+        strength of a storey. The caller then uses a shorter step that ends at the peak, because from that point on the
+        other storeys unload while this storey softens.
         """
         move = displacement - self.drift.sum()
         scale = max(self.largest_shear, abs(move) * self.roof_stiffness)

@@ -266,8 +266,8 @@ class ShearBuilding(CalibratedChain, ProtectedChain, Structure):
     def chosen(self) -> dict[str, Any]:
         """Return the choices other than parameters, for the JSON of the scene.
 
-        They are laws, dampers and stops, damping, and the numbers of the storeys that are isolators or a tuned mass
-        damper.
+        The choices are laws, dampers and stops, damping, and the numbers of the storeys that are isolators or a tuned
+        mass damper.
         """
         found: dict[str, Any] = {"law": self.law, "damping": self.damping}
         found |= {"devices": list(self.devices)} if self.devices else {}

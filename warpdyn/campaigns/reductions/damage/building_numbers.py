@@ -39,7 +39,7 @@ def losses_of_units(
 ) -> tuple[Block, Rows]:
     """Return the losses of the units (samples that count as one) of a block as a block, and their assignment to cells.
 
-    A unit is a sample or, with events, the worst sample of a structure in an event.
+    A unit is a sample or, if the statistic has events, the worst sample of a structure in an event.
 
     Args:
         block: The block of samples.

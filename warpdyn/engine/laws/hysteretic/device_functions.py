@@ -218,8 +218,8 @@ def _step_function(name: str, ASYMMETRIC: bool) -> wp.Function:
 def _hysteretic(name: str, SOFTENS: bool, ASYMMETRIC: bool) -> Spring:
     """Return the device functions of a variant of the law.
 
-    SOFTENS: with an unloading exponent, which needs two powers per force. ASYMMETRIC: with different backbones on both
-    sides.
+    SOFTENS is True if the law has an unloading exponent, which needs two powers per force. ASYMMETRIC is True if the
+    backbones of the two sides differ.
     """
     hysteretic_step = _step_function(name, ASYMMETRIC)
 
