@@ -114,7 +114,7 @@ class Job:
 
 @dataclass(frozen=True, kw_only=True)
 class Layout:
-    """Properties of a group of structures that are known before its first region is integrated.
+    """Properties of a group of structures that are known before its first region (range of structures) is run.
 
     Args:
         template: Template of the group's dataset.
