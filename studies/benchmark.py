@@ -3,10 +3,11 @@
     python studies/benchmark.py --out results [--device cpu] [--quick] [--method stoermer]
 
 The study measures: the kernels (laws x storeys x number types x recorders x devices); other programs ("peers") with the
-same task, whose peak drifts must agree with those of warpdyn; the main job, from its scene to a file, split into its
-parts; the scaling over samples, CPU threads and GPUs; and the first compilation. It writes benchmark.nc and
-three figures. The code of the peers is in studies/peers; peers that are not installed are listed. With --method, the
-study measures only the kernels of this method and the peers compared with them, and writes benchmark_METHOD.nc.
+same task, whose peak drifts must agree with those of warpdyn; the main job (the fragility study of
+studies/p695_fragility.py), from its scene to a file, split into its parts; the scaling over samples, CPU threads and
+GPUs; and the first compilation. It writes benchmark.nc and three figures. The code of the peers is in studies/peers;
+peers that are not installed are listed. If --method is given, the study measures only the kernels of this method and
+the peers compared with them, and writes benchmark_METHOD.nc.
 """
 
 from __future__ import annotations
@@ -76,7 +77,7 @@ def label_rows(rows: list[dict[str, Any]]) -> xr.Dataset:
 
 
 def label_jobs(jobs: list[dict[str, Any]]) -> xr.Dataset:
-    """Return the times of the main job [s] and of its parts, with the dimensions `job` and `job_part`."""
+    """Return the times [s] of the main job (fragility study) and its parts, with dimensions `job` and `job_part`."""
     parts = np.array([[job["parts"][part] for part in PARTS] for job in jobs])
     whole, histories = ([job[name] for job in jobs] for name in ("simulate", "histories"))
     ratios = {name: [job[name] for job in jobs] for name in ("to_dataset", "to_netcdf")}
@@ -125,7 +126,7 @@ def label_starts(starts: list[dict[str, Any]]) -> xr.Dataset:
 
 
 def measure_method(devices: list[str], size: dict[str, Any], method: str) -> xr.Dataset:
-    """Measure the kernels of one method, and the peers that are compared with them; return the dataset."""
+    """Return a dataset of the run times of one method in warpdyn's kernels and in the compared programs (peers)."""
     first = first_of_each_kind(devices)
     kernels = [case for case in cases.kernel_cases(first, size) if case["method"] == method]
     peers = [case for case in cases.peer_cases(first, size) if (case["method"] or "rk4") == method]

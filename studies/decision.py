@@ -6,7 +6,7 @@
 The study runs the building and records of studies/p695_fragility.py with several methods, steps, number types, designs
 and numbers of structures. The reference has 10,000 structures and a converged step in float64. The study writes
 decision.nc and decision.png, which shows the most accurate choices for each computing time. `--truth` reads the
-reference from a file that the study wrote on another device; `--beside` adds the curve in such a file to the figure.
+reference from a file that the study wrote on another machine; `--beside` adds the curve in such a file to the figure.
 """
 
 from __future__ import annotations

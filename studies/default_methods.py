@@ -5,15 +5,15 @@
     python studies/default_methods.py --device cuda:0 --costs
     python studies/default_methods.py --device cpu --scenes 200
 
-Without `--costs` the study measures errors and writes data/default_methods.csv, for each storey law, kind of damping
-and number of storeys. Each has four buildings (two shapes of the stiffness over the height and two first periods; for a
-single storey, four periods). They are subjected to the 44 far-field records at one, two and four times the intensity at
-which the building yields.
+If `--costs` is not given, the study measures errors and writes data/default_methods.csv, for each storey law, kind of
+damping and number of storeys. Each has four buildings (two shapes of the stiffness over the height and two first
+periods; for a single storey, four periods). They are subjected to the 44 far-field records at one, two and four times
+the intensity at which the building yields.
 
-With `--costs` the study measures computing times for each law, and writes the column of its device in
-data/default_method_costs.csv; run it once on each device. With `--scenes` it draws random scenes instead. For each it
-prints the cost of the default method divided by the least cost of the methods SEARCHED whose error is at most that of
-the default method.
+With `--costs` the study measures computing times for each law, and writes the column of its processor (CPU or GPU) in
+data/default_method_costs.csv; run it once on each of the two. With `--scenes` it draws random scenes instead. For each
+it prints the cost of the default method divided by the least cost of the methods SEARCHED whose error is at most that
+of the default method.
 """
 
 from __future__ import annotations
@@ -98,7 +98,7 @@ def quantile(errors: np.ndarray, share: float) -> np.ndarray:
 
 
 def measure_errors(law: str, damping: str, storeys: int) -> list[dict[str, object]]:
-    """Measure the errors for a law, a kind of damping and a number of storeys; return one table row per candidate."""
+    """Measure the errors of methods for a law, a kind of damping and a number of storeys; return one row per method."""
     candidates = [BASE, *CANDIDATES]
     found: dict[tuple[str, int], list[np.ndarray]] = {key: [] for key in candidates}
     for shape, period in BUILDINGS[storeys]:
@@ -148,7 +148,7 @@ def least_seconds(runs: Iterable) -> np.ndarray:
 
 
 def measure_costs(law: str, device: str) -> list[dict[str, object]]:
-    """Measure the costs of the candidates for a law on one device; return one table row per candidate."""
+    """Measure the run times of methods for a law on one device; return one table row per method and step."""
     candidates, ratios = [BASE, *CANDIDATES], []
     for period in TIMED_PERIODS:
         scene = build_scene(law, TIMED_STOREYS, period, [records()[i] for i in TIMED_RECORDS], LEVELS)
@@ -200,7 +200,7 @@ def write_costs(device: str) -> None:
 
 
 def search(number: int, device: str) -> tuple[str, float, float]:
-    """Compare the default method with an exhaustive search in a random scene.
+    """Return the cost and error of the default method relative to the best method found for a random scene.
 
     Returns:
         The scene as text, the cost of the default method divided by the least cost found, and the error of the default

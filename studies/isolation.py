@@ -1,4 +1,4 @@
-"""Fragility of a five-storey concrete frame without devices, on isolators, and with a tuned mass damper.
+"""Fragility of a five-storey concrete frame: unprotected, on isolators, and with a tuned mass damper.
 
     python studies/isolation.py --out results
 
@@ -73,7 +73,7 @@ def build_scene(name: str) -> wd.Scene:
 
 
 def curves_of(name: str, structures: int, seed: int, device: str | None) -> tuple[xr.Dataset, xr.Dataset]:
-    """Run a building and fit its fragility curves.
+    """Return the demands and the fragility curves of a building, by its name.
 
     Returns:
         The demands with the scene, and the fragility curves, both with a dimension `building` of length 1.

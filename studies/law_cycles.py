@@ -1,11 +1,11 @@
-"""Force-drift curves of every storey law, isolator and device for the reference pages.
+"""Force-drift curves of every storey law, isolator, damper and stop for the reference pages.
 
     python studies/law_cycles.py --out docs/reference/laws
 
 Every storey follows the drift cycles of studies/laws.py, and a monotonic push from rest to the largest drift. The force
-of a device does not include the force of the storey to which it belongs. The study writes cycles.nc, in which forces
-are rounded to 1/1000 of the yield force. The tests of laws and devices compare this file with the forces that the
-present code computes.
+of a damper or stop does not include the force of the storey to which it belongs. The study writes cycles.nc, in which
+forces are rounded to 1/1000 of the yield force. The tests of laws, dampers and stops compare this file with the forces
+that the present code computes.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ OF_DEVICES = {
 
 
 def parameters_of(name: str) -> dict[str, float]:
-    """Return all parameters of a law, isolator or device as a mapping from names to values in SI units."""
+    """Return all parameters of a law, isolator, damper or stop as a mapping from names to values in SI units."""
     if name in OF_DEVICES or name in ISOLATORS:
         return OF_DEVICES.get(name) or ISOLATORS[name]
     own = {} if name == "elastic" else {"yield_force": YIELD_FORCE}
@@ -49,14 +49,14 @@ def parameters_of(name: str) -> dict[str, float]:
 
 
 def building_with(name: str) -> wd.ShearBuilding:
-    """Return a building of one storey with a law, or an elastic one with a device; height and mass have no effect."""
+    """Return a one-storey building with a law, or elastic with a damper or stop; height and mass have no effect."""
     if name in DEVICES:
         return wd.ShearBuilding(1.0, STIFFNESS, 3.0, devices=(name,), **parameters_of(name))
     return wd.ShearBuilding(1.0, STIFFNESS, 3.0, law=name, **parameters_of(name))
 
 
 def forces(name: str, drift: np.ndarray) -> np.ndarray:
-    """Return the force of a law or device divided by the yield force, for given drifts [m], shape [step]."""
+    """Return the force of a law, damper or stop divided by the yield force, for given drifts [m], shape [step]."""
     found = wd.storey_hysteresis(building_with(name), drift)["storey_force"].values[:, 0]
     return (found - STIFFNESS * drift * (name in DEVICES)) / YIELD_FORCE
 
@@ -72,7 +72,7 @@ def push() -> np.ndarray:
 
 
 def take_all() -> xr.Dataset:
-    """Return a dataset with the force-drift curves of all laws, isolators and devices."""
+    """Return a dataset with the force-drift curves of all laws, isolators, dampers and stops."""
     names = [*LAWS, *ISOLATORS, *OF_DEVICES]
     cycles, pushed = (np.array(each) for each in zip(*map(curves, names), strict=True))
     words = "force over yield force"

@@ -9,7 +9,7 @@ largest peak drift. The reference for errors is RK4 in float64 at a sixteenth of
 with every method that has a given step, other laws with five methods.
 
 The time of a method is the shortest processor time of several runs. Runs of bilinear storeys with RK4 alternate with
-these runs, so that changes of the speed of the machine affect both. The study writes measured.csv.
+the runs of the method, so that changes of the speed of the machine affect both. The study writes measured.csv.
 """
 
 from __future__ import annotations

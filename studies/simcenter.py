@@ -86,7 +86,7 @@ def run_opensees(buildings: Sequence[Building], pairs: Pairs) -> xr.Dataset:
 def run_warpdyn(
     buildings: Sequence[Building], pairs: Pairs, copies: int = 1, longest_step: float | None = None
 ) -> tuple[float, np.ndarray]:
-    """Analyse buildings under pairs of motions with warpdyn on one CPU thread.
+    """Return time and peak drift ratios of buildings under pairs of motions, by warpdyn on one CPU thread.
 
 
     Args:

@@ -201,7 +201,7 @@ def yielding(device: str | None) -> dict[str, Variable]:
 
 
 def clocks(device: str | None) -> dict[str, Variable]:
-    """Return errors of the seed frame in float32 and float64, and errors of time that is accumulated step by step."""
+    """Return errors of the frame of studies/seed_frame.py in float32 and float64, and errors of accumulated time."""
     found = [failures.frame_errors(step, device) for step in CLOCK_STEPS]
     texts = {
         "float64": "by the kernel in float64",

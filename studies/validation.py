@@ -3,9 +3,9 @@
     python studies/validation.py --out docs/validation
 
 The study runs the tests that use the fixture `measured` (tests/validation.py) on this machine, and writes measured.csv.
-This file has one row per claim, with the reference, the largest error of all cases, the bound of the error, and the
-test. The tables of the documentation are generated from this file, and the tests compare their claims and bounds with
-it.
+This file has one row per claim (statement on accuracy), with the reference, the largest error of all cases, the bound
+of the error, and the test. The tables of the documentation are generated from this file, and the tests compare their
+claims and bounds with it.
 """
 
 from __future__ import annotations

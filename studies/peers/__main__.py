@@ -1,4 +1,6 @@
-"""Measure one peer on case files: python -m peers peers.PEER CPUS FOLDER, in the folder `studies`.
+"""Measure the run time and the peak drifts of a peer (another program that solves the same problems as warpdyn).
+
+Usage, in the folder `studies`: python -m peers peers.PEER CPUS FOLDER.
 
 The program reads every case-N.npz in the folder and writes measured-N.npz to it, with time [s], peak drifts [m] and a
 note, or the reason of a failure. The process uses its first CPUS processors (0: all of them), except for compiling.
@@ -18,7 +20,7 @@ from peers.case import Case, Missing
 
 
 def main(peer: str, cpus: int, folder: Path) -> None:
-    """Measure a peer on all cases in a folder, and write one result file per case."""
+    """Measure run time and peak drifts of a peer for all cases in a folder, and write one result file per case."""
     cases = {path.name.replace("case", "measured"): Case.read(path) for path in sorted(folder.glob("case-*.npz"))}
     with contextlib.suppress(Exception):  # `measure` raises the error again for each case
         importlib.import_module(peer).prepare(list(cases.values()))

@@ -1,4 +1,4 @@
-"""Case that all peers integrate, an ensemble of shear chains under one base motion, and the timing of runs."""
+"""Case that all peers (compared programs) integrate: shear chains under one base motion; and timing of runs."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ LEAST_RUNS, TIMED_FOR = 2, 0.3
 
 
 class Missing(Exception):
-    """A requirement of a peer is not installed."""
+    """Error: a package or compiler that a peer (compared program) needs is not installed."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,7 +87,7 @@ class Case:
 
 @dataclass(frozen=True, eq=False)
 class Measured:
-    """Result of a peer for one case.
+    """Result of a peer (compared program) for one case.
 
     Args:
         seconds: Shortest time of several integrations of all samples [s].

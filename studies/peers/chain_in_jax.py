@@ -1,4 +1,4 @@
-"""Shear chain in JAX, for the peers that use JAX: the equation of motion, and RK4 in a lax.scan."""
+"""Shear chain in JAX, for the compared programs (peers) that use JAX: the equation of motion, and RK4 in a lax.scan."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def timed(run: Callable, parameters: list) -> Measured:
 
 
 def scan_rk4(case: Case, slopes: Callable, drifts: Callable, split: Callable) -> Measured:
-    """Measure RK4 in a lax.scan over the steps and a vmap over the samples.
+    """Return run time and peak drifts of RK4 in a lax.scan over the steps and a vmap over the samples.
 
     Args:
         case: The case that is integrated.

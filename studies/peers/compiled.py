@@ -1,4 +1,4 @@
-"""Compilation of the C++ and CUDA sources of peers into shared libraries, when they are first needed."""
+"""Compilation of the hand-written C++ and CUDA sources into shared libraries, when they are first needed."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
 """numba-cuda: RK4, one sample per thread, with its state in local arrays that the compiler may keep in registers.
 
-The code is a translation of the C++ peer to Python and does the same task. The time is measured by events, with all
-data on the device.
+The code is a translation of the hand-written C++ (shear_chain.cpp) to Python and does the same task. The time is
+measured by events, with all data on the device.
 """
 
 from __future__ import annotations

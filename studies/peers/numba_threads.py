@@ -2,7 +2,8 @@
 
 A plain loop over the samples is not vectorised and is ten times slower. Vectorisation needs an innermost loop over
 several samples, and the whole state of a block in one array, so that LLVM can recognise that its rows do not overlap.
-Blocks of 16 and 32 samples are tried, and the faster counts. The task is that of the C++ peer.
+Blocks of 16 and 32 samples are tried, and the faster counts. The task is that of the hand-written C++
+(shear_chain.cpp).
 """
 
 from __future__ import annotations

@@ -3,7 +3,7 @@
 There is one model per sample. The analysis uses Newmark's linear acceleration method with Newton iterations and a
 banded solver, which was the fastest of the solvers tried. Drifts come from OpenSees' envelope recorder. The BoucWen
 material of OpenSees integrates z by the backward Euler method, which has order 1. With a step of 5 ms, which suffices
-for RK4, its peak drifts differ by up to 4 %; with an eighth of this step they are within 1 %. Therefore this peer is
+for RK4, its peak drifts differ by up to 4 %; with an eighth of this step they are within 1 %. Therefore OpenSees is
 measured with an eighth of the step. The time is the processor time of `analyze` in one thread, without the time for
 building models.
 """

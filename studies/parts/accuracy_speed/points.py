@@ -116,7 +116,7 @@ def timed(run: Ensemble) -> float:
 
 
 def measure(run: Ensemble, substepped: float, reference: dict[str, np.ndarray], is_checked: bool, seed: int) -> Point:
-    """Return the point of a run: its errors against the reference, its estimated errors, and its time per sample."""
+    """Return the point of a run: errors against the reference solution, estimated errors, and time per sample."""
     chosen = every(run)
     # The time of this first run does not count: a kernel for undivided steps may have to be compiled, and samples may
     # have to be run again with shorter steps. The timed runs begin with these shorter steps.

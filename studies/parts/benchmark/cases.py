@@ -1,4 +1,4 @@
-"""Cases of the study benchmark, as lists of dictionaries, and the ensemble that warpdyn and its peers integrate."""
+"""Cases of the study benchmark, and the ensemble that warpdyn and other programs (peers) integrate."""
 
 from __future__ import annotations
 
@@ -110,7 +110,7 @@ def kernel_cases(devices: list[str], size: dict[str, Any]) -> list[dict[str, Any
 
 
 def peer_cases(devices: list[str], size: dict[str, Any]) -> list[dict[str, Any]]:
-    """Return the cases of all peers; if there are several GPUs, a peer uses the first."""
+    """Return the cases of all other programs (peers); if there are several GPUs, a peer uses the first."""
     kinds = {device.split(":")[0]: device for device in reversed(devices)}
     return [
         {"part": "kernels"} | case | {"method": row.get("method", "")}  # "": its own method, compared with RK4
@@ -247,7 +247,7 @@ def build_scene(ensemble: Ensemble, law: str, recorders: str, chosen: np.ndarray
 
 
 def build_peer_case(ensemble: Ensemble, case: dict[str, Any], chosen: np.ndarray) -> Case:
-    """Return chosen samples of an ensemble as a `Case`, the input of the peers."""
+    """Return chosen samples of an ensemble as a `Case`, the input of the other programs (peers)."""
     motion = ensemble.motion.acceleration
     place = np.arange((motion.size - 1) * case["substeps"] + 1) / case["substeps"]
     return Case(

@@ -1,4 +1,4 @@
-"""The figures of the study benchmark: other programs, scaling, and the start of the main job."""
+"""The figures of the study benchmark: other programs, scaling, and the start of a new process."""
 
 from __future__ import annotations
 

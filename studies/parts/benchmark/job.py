@@ -1,4 +1,4 @@
-"""Time of the main job of studies/p695_fragility.py, from its scene to a file, split into its parts."""
+"""Time of the fragility study studies/p695_fragility.py (the main job), from its scene to a file, by parts."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ PARTS = {
 
 
 def measure_job(device: str | list[str], histories: int) -> dict[str, Any]:
-    """Measure the main job with at least this number of histories.
+    """Return the times of the main job (the fragility study of p695_fragility.py) with at least `histories` histories.
 
     Returns:
         The time of each part and of `simulate` [s], and the ratios of the times to the dataset and to the file to the

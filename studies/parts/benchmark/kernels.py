@@ -1,4 +1,4 @@
-"""Measurement of warpdyn in the study benchmark: kernels are compiled and timed, and some peak drifts compared."""
+"""Run times of warpdyn in the study benchmark, and peak drifts compared with a reference run in float64."""
 
 from __future__ import annotations
 
@@ -76,7 +76,7 @@ def reference_drifts(
     Args:
         law, storeys, samples, steps, substeps: Values of the case that is compared.
         of: Number of samples that the compared program runs; the common samples are some of them.
-        method: Integration method of the reference.
+        method: Integration method of the reference run.
     """
     ensemble = draw_ensemble(storeys, samples, steps)
     chosen = common_samples(samples, of)
@@ -93,12 +93,12 @@ def common_samples(samples: int, of: int) -> np.ndarray:
 
 
 def reference_method(case: dict[str, Any]) -> str:
-    """Return the method of the reference for a case: its own method if warpdyn's kernels have it, otherwise RK4."""
+    """Return the method of a case's reference run: the method of the case if warpdyn has it, otherwise RK4."""
     return case["method"] if case["method"] in KERNEL_METHODS else "rk4"
 
 
 def difference(case: dict[str, Any], drifts: np.ndarray) -> float:
-    """Return the largest relative difference of the peak drifts of the common samples from the reference.
+    """Return the largest relative difference of the peak drifts of the common samples from those of the reference run.
 
     The difference of a sample is divided by its largest drift.
     """
@@ -121,7 +121,10 @@ def measured(case: dict[str, Any], seconds: float, drifts: np.ndarray, note: str
 
 
 def compile_kernels(cases: Sequence[dict[str, Any]]) -> None:
-    """Compile the kernels of all cases and of the reference in advance, several at the same time."""
+    """Compile the kernels of all cases and of their reference runs in advance, several at the same time.
+
+    A reference run is the accurate run (float64, on the CPU) with which the peak drifts of a case are compared.
+    """
     jobs = {(c["law"], c["storeys"], c["dtype"], c["device"], c["recorders"], c["method"]) for c in cases}
     jobs |= {(c["law"], c["storeys"], "float64", "cpu", "drift", reference_method(c)) for c in cases}
 
@@ -141,7 +144,7 @@ def compile_kernels(cases: Sequence[dict[str, Any]]) -> None:
 
 
 def measure_kernels(cases: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
-    """Measure the cases of warpdyn, and return one row per case."""
+    """Measure the run times of warpdyn's cases, and return one row per case."""
     rows = []
     for case in tqdm(cases, desc="warpdyn", unit="case", disable=None):
         seconds, whole, run = kernel_seconds(case)

@@ -1,4 +1,4 @@
-"""Measurement of the peers in the study benchmark; each runs in a separate process, so a failure stops only it."""
+"""Measurement of the run times of peers (other programs) for the study benchmark, each in a separate process."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ BLANK = {"seconds": np.nan, "dof_steps_per_second": np.nan, "peak_drift_differen
 
 
 def measure_peers(cases: Sequence[dict[str, Any]], seconds: float) -> list[dict[str, Any]]:
-    """Measure the peers, and return one row per case; a case that cannot be measured has a note with the reason.
+    """Measure the run times of the peers, and return one row per case; a failed case has a note with the reason.
 
     Args:
         cases: The cases. Peers on the CPU use one core each and run at the same time as peers on a GPU.
@@ -51,7 +51,7 @@ def measure_peers(cases: Sequence[dict[str, Any]], seconds: float) -> list[dict[
 
 
 def _measure_peer(peer: str, device: str, cases: list[dict[str, Any]], seconds: float) -> list[Found]:
-    """Run the process of one peer, and return the results that it wrote, one per case."""
+    """Run the process of one peer (another program), and return the results that it wrote, one per case."""
     if device == NO_DEVICE:
         return [{"status": "missing", "note": "it needs a device that this run does not have"}] * len(cases)
     with tempfile.TemporaryDirectory(prefix="benchmark") as name:
@@ -75,14 +75,14 @@ def _read(path: Path, ended: str) -> Found:
 
 
 def _row(case: dict[str, Any], found: Found) -> dict[str, Any]:
-    """Return a case with the result of a peer as a row of the dataset."""
+    """Return a case with the result of a peer (another program) as a row of the dataset."""
     if found["status"] != "measured":
         return case | BLANK | {"status": found["status"], "note": found["note"]}
     return measured(case, found["seconds"], found["peaks"], found["note"])
 
 
 def _run(peer: str, device: str, threads: int, folder: Path, seconds: float) -> str:
-    """Run the process of a peer, and return a text on how it failed; "" if it succeeded."""
+    """Run the process of a peer (another program); return a text on how it failed, "" if it succeeded."""
     environment = os.environ | {
         "PYTHONPATH": os.pathsep.join(filter(None, [str(STUDIES), os.environ.get("PYTHONPATH")])),
         "XLA_PYTHON_CLIENT_PREALLOCATE": "false",  # otherwise JAX reserves most of the GPU's memory

@@ -21,7 +21,7 @@ def measurements(result: xr.Dataset, part: str) -> pd.DataFrame:
 
 
 def beside_peers(result: xr.Dataset) -> pd.DataFrame:
-    """Return the rows of the peers, with the speed of warpdyn in the same case divided by the speed of the peer."""
+    """Return the rows of the peers (other programs), with warpdyn's speed in the same case over that of the peer."""
     table = measurements(result, "kernels")
     table = table.assign(compared_method=table["method"].replace("", "rk4"))
     merged = table[table["peer"] != "warpdyn"]
@@ -48,7 +48,7 @@ def print_report(result: xr.Dataset) -> None:
 
 
 def print_kernels(result: xr.Dataset) -> None:
-    """Print the speeds of the kernels of warpdyn, and of the peers that are compared with them."""
+    """Print the speeds of the kernels of warpdyn, and of the other programs (peers) that are compared with them."""
     print(f"\n{result.attrs['processor']}; GPU: {result.attrs['gpu']}\n{result.attrs['source']}")
     _print_kernels(measurements(result, "kernels"))
     beside = beside_peers(result)

@@ -67,7 +67,7 @@ def _row(case: dict[str, Any], device: list[str] | None = None) -> dict[str, Any
 
 
 def measure_starts(devices: list[str]) -> list[dict[str, Any]]:
-    """Return how long a new process of the main job takes [s]: imports, first run and second run, on each device.
+    """Return the times [s] of a new process that runs the fragility study: imports, first and second run, per device.
 
     The first process starts with an empty kernel cache, the second with the kernels that the first compiled.
     """

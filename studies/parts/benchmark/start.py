@@ -1,6 +1,9 @@
-"""Times of a new process of the main job; run by python -m parts.benchmark.start DEVICE in the folder studies.
+"""Times of a new process that runs the fragility study: imports, first and second run.
 
-The program imports warpdyn, runs one structure of the main job twice, and prints the time of each [s] as JSON.
+Usage, in the folder `studies`: python -m parts.benchmark.start DEVICE
+
+The program imports warpdyn, runs one structure of the study studies/p695_fragility.py twice, and prints the time of
+each [s] as JSON.
 """
 
 import json

@@ -110,7 +110,7 @@ class Case:
 
     @cached_property
     def reference(self) -> dict[str, np.ndarray]:
-        """Outputs of the reference: exact or RK4, in float64, at the finer step."""
+        """Outputs of the reference solution: exact or RK4, in float64, at the finer step."""
         method = "exact" if self.scene.structure.law == "elastic" else "rk4"
         run = self.run(method, self.finer, "float64")
         return integrate_guarded(run, np.arange(run.sample.size))

@@ -134,7 +134,7 @@ def yielding(dataset: xr.Dataset) -> Figure:
 
 
 def clock(dataset: xr.Dataset) -> Figure:
-    """Return a figure of the error of the seed frame against the step, and of the error of accumulated time.
+    """Return a figure of the error of the frame of studies/seed_frame.py against the step, and of accumulated time.
 
     The errors are those in float32 and float64.
 

@@ -88,8 +88,7 @@ def chain_limits(damping: str, device: str | None = None) -> tuple[float, float,
 def pushed_bouc_wen(
     ratio: np.ndarray, exponent: np.ndarray, steps: int, device: str | None = None
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Integrate Bouc-Wen storeys that are pushed at 1 m/s from z = 0, with RK4.
-
+    """Return z and status of Bouc-Wen storeys that are pushed at 1 m/s from z = 0, integrated by RK4.
 
     Args:
         ratio: Step divided by its limit, 2.785 uy / (n |v|), shape [storey].
@@ -173,7 +172,7 @@ def clock(step: float, duration: float) -> np.ndarray:
 
 
 def frame_in_numpy(step: float, every: int) -> np.ndarray:
-    """Return displacements of the seed frame [m], from RK4 in float32 written in numpy, with two ways to compute time.
+    """Return displacements of the three-storey frame of the study seed_frame [m], by RK4 in float32 in numpy.
 
     Args:
         step: Integration step [s].
@@ -212,7 +211,10 @@ def frame_in_numpy(step: float, every: int) -> np.ndarray:
 
 
 def frame_errors(step: float, device: str | None = None) -> dict[str, float]:
-    """Return the largest error of the seed frame over its peak: kernels in both dtypes, and numpy with both clocks."""
+    """Return the largest error of the frame over its peak: kernels in both dtypes, and numpy with both clocks.
+
+    The frame is the three-storey frame of the study seed_frame; the clocks are those of `frame_in_numpy`.
+    """
     every = round(0.01 / step)
     exact = frame.exact(0.01 * np.arange(round(frame.LOAD.duration / 0.01) + 1))[0]
     accumulated, counted = frame_in_numpy(step, every)

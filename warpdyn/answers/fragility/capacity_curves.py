@@ -50,8 +50,8 @@ def fragility_from_capacities(
     Args:
         capacities: `capacity(structure, motion, damage_state)` [g, or the unit of the intensity measure], and its
             bracket `capacity_lower` and `capacity_upper`: the upper bound is infinite if no level exceeds the limit,
-            the lower bound is 0 if the lowest level exceeds it, and both are NaN if the search failed. Without a
-            bracket, capacities are exact.
+            the lower bound is 0 if the lowest level exceeds it, and both are NaN if the search failed. If the dataset
+            has no brackets, capacities are exact.
         intervals_over: "records and structures", or "records" for intervals of the given structures.
         replicates: Number of draws from the joint sampling distribution of all medians and dispersions.
         confidence: Probability that the intervals cover the true value [1].

@@ -200,8 +200,8 @@ def _checked_cloud(
         over_structures: Whether intervals include the variability among structures.
 
     Returns:
-        Intensity of each sample; demand at the worst place; whether the sample collapsed; record and structure of each
-        sample; number of failed samples.
+        Intensity of each sample; demand at the worst storey or floor; whether the sample collapsed; record and
+        structure of each sample; number of failed samples.
     """
     name = "fragility_of_cloud"
     check_labels(dataset, f"{name}: ")

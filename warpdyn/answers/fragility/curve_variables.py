@@ -38,10 +38,10 @@ def estimates(
     confidence: float,
     over_structures: bool,
 ) -> dict[str, tuple]:
-    """Return the variables of fractions, medians and dispersions with their bounds, at the worst and at each place.
+    """Return the variables of fractions, medians and dispersions with bounds, for each and for the worst storey.
 
     Args:
-        counts: Numbers of samples by record, structure group, stripe, place and damage state.
+        counts: Numbers of samples by record, structure group, stripe, place (storey or floor) and damage state.
         left: The fits.
         outcome: Outcome of each fit, an index into FIT_MEANINGS, shape [place + 1, damage_state].
         status: Position of each median among the levels, of the same shape.
@@ -106,7 +106,7 @@ def with_bounds(
 def curves(
     counts: StripeCounts, left: LeftOut, has_interval: np.ndarray, confidence: float, shape: CurveShape
 ) -> tuple[dict[str, tuple], np.ndarray]:
-    """Return the variables of the curves at the worst place with their bounds, and the intensities of their points.
+    """Return the variables of the curves of the worst storey or floor with bounds, and the intensities of their points.
 
     Arguments: see `estimates`; `shape` is the shape of the curves.
     """
@@ -139,7 +139,7 @@ def discretisation_variance(dataset: xr.Dataset, demand: str | None, states: int
     """Return the variance of ln(median) and ln(dispersion) due to the integration step, shape [2, damage_state].
 
     For the median it is the square of the median relative error of the demand, which the run estimates if
-    `checked_share` is given. It is NaN without `checked_share`, and always NaN for the dispersion.
+    `checked_share` is given. It is NaN if `checked_share` was not given, and always NaN for the dispersion.
     """
     variance = np.full((2, states), np.nan)
     if "estimated_relative_error" in dataset and demand in dataset["estimated_relative_error"]["demand"].values:
@@ -151,7 +151,7 @@ def variances(left: LeftOut, has_interval: np.ndarray, of_discretisation: np.nda
     """Return variables of the variance of ln(median) and ln(dispersion): by source, and for independent samples.
 
     Args:
-        left: The fits at the worst place, with and without each record and group of structures.
+        left: The fits at the worst storey or floor, with and without each record and group of structures.
         has_interval: Whether a damage state has an interval, shape [damage_state].
         of_discretisation: Variance due to the integration step, shape [2, damage_state]; None: it is unknown.
     """
@@ -175,7 +175,7 @@ def variances(left: LeftOut, has_interval: np.ndarray, of_discretisation: np.nda
 
 
 def sandwich(left: LeftOut, outcome: np.ndarray) -> dict[str, tuple]:
-    """Return variables of the cluster-robust variance of ln(median) and ln(dispersion) at the worst place.
+    """Return variables of the cluster-robust variance of ln(median) and ln(dispersion) for the worst storey or floor.
 
     The variance is NaN for penalised fits, because separated stripes have no scatter.
     """
@@ -194,7 +194,7 @@ def sandwich(left: LeftOut, outcome: np.ndarray) -> dict[str, tuple]:
 def draws(
     left: LeftOut, has_interval: np.ndarray, count: int, seed: int, units: str, confidence: float
 ) -> dict[str, tuple]:
-    """Return variables with draws from the joint sampling distribution of medians and dispersions, at the worst place.
+    """Return variables with draws from the joint distribution of medians and dispersions (worst storey or floor).
 
     Args:
         left: The fits at the worst place.
@@ -219,7 +219,7 @@ def fit_flags() -> dict[str, Any]:
 
 
 def intensities_along(highest: float) -> np.ndarray:
-    """Return intensities from 0 to `highest` for the points of a curve, with smaller intervals at low intensities."""
+    """Return intensities from 0 to `highest` for the points of a curve, shape [point], closer at low intensities."""
     return highest * np.linspace(0.0, 1.0, _CURVE_POINTS) ** 2
 
 

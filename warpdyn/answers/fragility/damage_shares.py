@@ -77,8 +77,8 @@ def damage_shares(
         `damage_share(event, damage_state)` and `archetype_damage_share(archetype, event, damage_state)` [1];
         `counted_buildings(archetype, event)` and `failed_buildings(archetype, event)`, numbers of buildings. A building
         failed in an event if one of its motions failed, unless another motion of the event left it in the heaviest
-        state; failed buildings are not counted. Without `events`, the dimension is `motion` instead of `event`; a run
-        on stripes adds the dimension `stripe`. A share is NaN if no building is counted. The result has the
+        state; failed buildings are not counted. If `events` is None, the dimension is `motion` instead of `event`; a
+        run on stripes adds the dimension `stripe`. A share is NaN if no building is counted. The result has the
         attributes of the run.
 
     Raises:
@@ -181,7 +181,7 @@ class _Counted:
 
 
 def _count(run: xr.Dataset, limits: Limits, events: Events, number: ArrayLike | None, added_storeys: bool) -> _Counted:
-    """Count the samples of a run by archetype, event, stripe and damage state; arguments: see `damage_shares`."""
+    """Return numbers of buildings by archetype, event, stripe and damage state; arguments: see `damage_shares`."""
     if not run.sizes.get("sample", 0):
         raise ValueError("damage_shares: the run has no samples: give a run with at least one sample")
     names = archetypes_of("damage_shares", run, OF_ONE)

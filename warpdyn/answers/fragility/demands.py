@@ -19,7 +19,7 @@ class Damage:
     Args:
         passed: Number of damage states that each sample has reached, shape [place + 1, sample]. A sample has reached a
             state if its demand exceeds the limit of this state or of a heavier state. The last row is the worst of all
-            places.
+            places (storeys or floors).
         dim: Name of the dimension of the places, such as "storey"; "" if only the worst place is known.
         places: Labels of the places, shape [place].
     """
@@ -84,7 +84,7 @@ def _reached(demand: np.ndarray, limits: np.ndarray) -> np.ndarray:
 
 
 def checked_demand(dataset: xr.Dataset, name: str, status: np.ndarray) -> np.ndarray:
-    """Return the values of a demand that are compared with limits, shape [place, sample], after a check.
+    """Return the values of a demand that are compared with limits, shape [storey or floor, sample], after a check.
 
     Args:
         dataset: The run.

@@ -97,8 +97,8 @@ def fragility(
 
     Returns:
         Fractions by stripe, medians [g, or the unit of the levels], dispersions [1] and curves, each with its interval,
-        for the worst place and for each place (variables `storey_...`, or with the name of another dimension). Median
-        and dispersion are NaN if the stripes have no fit (`fit_status` contains the reason), or if the median is
+        for the worst storey or floor and for each one (variables `storey_...`, or with the name of another dimension).
+        Median and dispersion are NaN if the stripes have no fit (`fit_status` contains the reason), or if the median is
         outside the levels and the data do not determine it. `median_status` marks other medians outside the levels as
         extrapolated, and a warning gives their values. The bounds are also NaN if there is only one record, or if the
         fit fails when one of the records is left out.

@@ -35,7 +35,9 @@ def fit_stripes(
     total: ArrayLike,
     start: tuple[np.ndarray, np.ndarray] | None = None,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Fit a lognormal curve to stripe counts by maximum binomial likelihood (Baker 2015, Earthquake Spectra 31(1)).
+    """Return medians and dispersions of lognormal curves fitted to stripe counts by maximum binomial likelihood.
+
+    Source: Baker (2015), Earthquake Spectra 31(1).
 
     Median and dispersion are NaN if the likelihood has no maximum at a finite median and positive dispersion:
 

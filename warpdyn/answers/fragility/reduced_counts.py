@@ -95,7 +95,7 @@ def limits_of(dataset: xr.Dataset, limits: Mapping[str, Limit] | None, demand: s
 
 
 def labels_of_run(dataset: xr.Dataset) -> xr.Dataset:
-    """Return a dataset without values whose attributes describe the demands, levels and places of a run's counts."""
+    """Return a dataset without values whose attributes describe the demands, levels and storeys of a run's counts."""
     counts = dataset[counts_over("fragility", dataset, OF_STRIPES)]
     demands, units = (str(counts.attrs[name]).split(", ") for name in ("demand", "demand_units"))
     empty: dict[str, Any] = {name: ((), np.nan, {"units": each}) for name, each in zip(demands, units, strict=True)}

@@ -1,4 +1,4 @@
-"""Counts of the samples of a run on stripes, by record, group of structures, stripe, place and damage state."""
+"""Counts of the samples of a run on stripes, by record, group of structures, stripe, storey and damage state."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ class StripeCounts:
     Args:
         levels: Intensity of each stripe, shape [im_level], increasing.
         units: Units of the levels.
-        dim: Name of the dimension of the places of a demand, such as "storey"; "" if only the worst place is known.
+        dim: Name of the dimension of the places (storeys or floors) of a demand; "" if only the worst place is known.
         places: Labels of the places, shape [place].
         exceeding: Number of exceeding samples, shape [record, group, im_level, place + 1, damage_state]; the last place
             is the worst of all.
@@ -87,7 +87,9 @@ class StripeCounts:
 
 
 def count_stripes(dataset: xr.Dataset, limits: DamageLimits) -> StripeCounts:
-    """Count the samples of each record and stripe that exceed each limit, at each place and at the worst place.
+    """Return the counts of samples that exceed each limit, by record and stripe, at each and the worst place.
+
+    A place is a storey or a floor.
 
     Args:
         dataset: A run on stripes, as for `fragility`, or its damage counts.
@@ -195,7 +197,7 @@ def _counted(parts: dict[str, Any]) -> StripeCounts:
 def structure_groups(
     structure: np.ndarray, record: np.ndarray, records: int, sampling: str
 ) -> tuple[bool, int, np.ndarray]:
-    """Assign structures to groups, which a jackknife leaves out one at a time.
+    """Return whether the design is crossed, and the groups of structures that a jackknife leaves out one at a time.
 
     Args:
         structure: Index of the structure of each sample, shape [sample].

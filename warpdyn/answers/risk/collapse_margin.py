@@ -87,7 +87,7 @@ def collapse_margin(
     model: str = "B",
     names: Sequence[str] | None = None,
 ) -> xr.Dataset:
-    """Evaluate the collapse margins of the archetypes of a performance group by FEMA P-695.
+    """Return the collapse margins of the archetypes of a performance group by FEMA P-695, and whether they suffice.
 
     The adjusted margin of an archetype is its collapse margin ratio times its spectral shape factor. Two margins are
     acceptable: for each archetype, the margin at which the probability of collapse under the maximum considered

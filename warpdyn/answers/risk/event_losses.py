@@ -43,12 +43,12 @@ def event_losses(
         `loss(event)` [currency]; `loss_deviation(event)` [currency], the standard deviation caused by the scatter of
         the loss ratios, which are independent between buildings (with several draws: of one draw);
         `counted_buildings(event)` and `failed_buildings(event)`; failed buildings are not included in the loss (with
-        several draws, both numbers are means over the draws). The dimension is the one given to `over`. Without rates:
-        `exceedance_probability(event)` [1], the share of events with a larger loss. With rates: `expected_annual_loss`
-        [currency/year]; `loss_exceedance_rate(event)` [1/year], the annual rate of losses above the loss of the event;
-        and `return_period_loss(return_period)` [currency], the smallest loss of an event that is exceeded at most once
-        per return period on average (0 if events are rarer). `plots.loss_exceedance` draws the exceedance probability
-        or rate.
+        several draws, both numbers are means over the draws). The dimension is the one given to `over`. If no rates are
+        given: `exceedance_probability(event)` [1], the share of events with a larger loss. With rates:
+        `expected_annual_loss` [currency/year]; `loss_exceedance_rate(event)` [1/year], the annual rate of losses above
+        the loss of the event; and `return_period_loss(return_period)` [currency], the smallest loss of an event that is
+        exceeded at most once per return period on average (0 if events are rarer). `plots.loss_exceedance` draws the
+        exceedance probability or rate.
 
     Raises:
         ValueError: If there are no losses by event, events have different numbers of samples, a building has several

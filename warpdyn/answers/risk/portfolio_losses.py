@@ -42,7 +42,7 @@ def portfolio_losses(
         `archetype_loss_ratio(archetype, event)` [1] and `archetype_loss(archetype, event)` [currency]; `loss(event)`
         [currency] and `loss_ratio(event)` [1] of the portfolio; `loss_deviation(event)` [currency], the standard
         deviation caused by the scatter of the loss ratios, which are independent between buildings. A run on stripes
-        adds the dimension `stripe`. With `event_rates`: `archetype_expected_annual_loss(archetype)` and
+        adds the dimension `stripe`. If `event_rates` is given: `archetype_expected_annual_loss(archetype)` and
         `expected_annual_loss` [currency/year]; `loss_exceedance_rate(event)`, the annual rate of losses above the loss
         of the event [1/year]; and `return_period_loss(return_period)` [currency], the smallest loss of an event that is
         exceeded at most once per return period on average (0 if events are rarer).

@@ -27,7 +27,7 @@ FINER, FINER_EXACT, TIGHTER = 2, 8, 1e-2
 def relative_errors(
     run: Ensemble, outputs: dict[str, np.ndarray], chosen: np.ndarray, reruns: Reruns | None = None
 ) -> dict[str, np.ndarray]:
-    """Estimate the relative error of every demand of chosen samples, by a second run at half the step in float64.
+    """Return the relative error [1] of every demand of chosen samples, from a second run at half the step in float64.
 
     Multistep methods are compared with RK4 at half the step.
 

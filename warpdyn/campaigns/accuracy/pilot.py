@@ -64,13 +64,13 @@ def plan(
     device: str | collections.abc.Sequence[str] | None = None,
     threads: int | None = None,
 ) -> MethodChoice:
-    """Choose the cheapest method, step and number type for a target error of the peak drift, by a small pilot run.
+    """Return the cheapest method, step and number type for a target error of the peak drift, chosen by a pilot run.
 
     For each method, the pilot run finds the longest step whose error is below the target, in float32 or, if no step is
     accurate enough, in float64. Then it measures the times of these candidates. The error of a sample is the error of
     its peak storey drift (LinearSystem: peak displacement) against a run in float64 with a much shorter step, divided
-    by the largest peak of the sample. It must be below the target in 95 % of the pilot's samples. The table of the
-    result also contains the largest error, which may be large if a sample is at a bifurcation.
+    by the largest peak of the sample. This error must be below the target in 95 % of the pilot's samples. The table of
+    the result also contains the largest error, which may be large if a sample is at a bifurcation.
 
     Args:
         scene: The scene.
@@ -242,7 +242,7 @@ class _Pilot:
         return float(ordered[int(np.ceil(QUANTILE * ordered.size)) - 1]), float(ordered[-1])
 
     def longest_step(self, method: str, dtype: str, *, is_settled: bool) -> tuple[float, float, float, Ensemble] | None:
-        """Find, by bisection, the longest step of a method whose error in the pilot is below the target.
+        """Return the longest step whose error in the pilot is below the target, found by bisection, and its errors.
 
         Args:
             method: Name of the method.
@@ -280,7 +280,7 @@ class _Pilot:
 
 
 def carried_by(scene: Scene, run: Ensemble, structures: int, seconds_per_sample: float) -> dict[str, float]:
-    """Return the registers, memory traffic, steps and time that a scene needs, by texts that contain the units.
+    """Return the registers, memory traffic, steps and time that a scene needs: {quantity with its unit: number}.
 
     Args:
         scene: The scene, with its recorders.

@@ -86,7 +86,7 @@ def reliability(
         samples: Indices of the samples in the ensemble.
         outputs: Outputs of the samples by name; the last dimension is the sample.
         share: Share of the sensitive samples that are checked [1].
-        sensitive: Result of `sensitive_samples` for these samples; None: it is computed here.
+        sensitive: Result of `sensitive_samples` for these samples; None: this function computes it.
     """
     flags = np.where(outputs["status"] < DIVERGED, NO, NOT_CHECKED).astype(np.int8)
     if not is_checked(run.model):
@@ -122,7 +122,7 @@ def with_earlier(flags: np.ndarray, earlier: np.ndarray) -> np.ndarray:
 
 
 def _run_again(run: Ensemble, finer: int, factor: float) -> Arrays:
-    """Integrate all samples of an ensemble with `finer` times the steps and a motion scaled by `factor`.
+    """Return the outputs of all samples, integrated with `finer` times the steps and a motion scaled by `factor`.
 
     Returns the outputs by name; the last dimension is the sample.
     """

@@ -35,7 +35,7 @@ PEAKS = ("peak_storey_drift", "peak_spring_deformation", "peak_displacement")
 def fill_sample_errors(
     run: Ensemble, outputs: Arrays, rows: Arrays, asked: float, reruns: tuple[Reruns, Reruns]
 ) -> tuple[int, int]:
-    """Estimate the error and the flag `sensitive` of every sample by two more runs, and write them to `rows`.
+    """Estimate the error of every sample by two more runs, flag sensitive samples, and write both to `rows`.
 
     Args:
         run: Ensemble of the samples.

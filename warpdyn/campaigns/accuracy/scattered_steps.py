@@ -58,12 +58,12 @@ def longest_steps(
 
 
 def shorten_steps(run: Ensemble, vibration: Vibration, findings: StabilityFindings, *, divides: bool) -> None:
-    """Divide steps that are too long for the period of their sample; without `divides`, count them for a warning.
+    """Divide steps that are too long for the period of their sample; if `divides` is False, only count them.
 
     Args:
         run: The samples; if `divides`, their schedule is changed.
         vibration: Vibration of their structures.
-        findings: Findings on the run, to which too long steps are added.
+        findings: Findings on the run, to which too long steps are added; a warning reports their number.
         divides: Whether steps are divided.
     """
     schedule = run.schedule

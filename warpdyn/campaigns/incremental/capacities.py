@@ -119,7 +119,7 @@ def capacities(
         ends of its bracket, `capacity_lower` and `capacity_upper`. If the limit was not exceeded up to the highest
         level, `capacity` and `capacity_upper` are infinite (right-censored). `capacity_status` is found, above_highest,
         below_lowest or failed. `resurrections` is the number of levels above the capacity at which the demand is within
-        the limit again (of the levels that were run up to the first that exceeds the last limit). `keep_curves` adds
+        the limit again; only levels up to the first that exceeds the last limit are counted. `keep_curves` adds
         `im_level`, the demand, `status`, `structure_index` and `motion_index` of each level that was run, with the
         dimension `sample`.
 

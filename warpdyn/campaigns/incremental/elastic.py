@@ -12,8 +12,8 @@ def elastic_drifts(run: Ensemble) -> tuple[np.ndarray, np.ndarray]:
     """Return two drifts of each storey [m], [structure, storey]: the elastic limit and the collapse drift.
 
     Up to the elastic limit the storey is linear. The limit is 0 if the storey law is curved from the start (such as
-    Bouc-Wen), or if the structure has another nonlinear part: a device, or a viscous damper whose force is a power of
-    the velocity.
+    Bouc-Wen), or if the structure has another nonlinear element: a stop or friction damper, or a viscous damper whose
+    force is a power of the velocity.
 
     Args:
         run: Ensemble with the structures.

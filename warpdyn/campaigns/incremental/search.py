@@ -93,7 +93,7 @@ class Levels:
     def near_peaks(self, rows: np.ndarray, limit: np.ndarray, upper: np.ndarray, narrowest: float) -> np.ndarray:
         """Return levels near which a demand may exceed a limit and fall below it again, shape [row, any].
 
-        Unused places are NaN. The levels are halfway to the neighbours of two kinds of levels:
+        Unused elements are NaN. The levels are halfway to the neighbours of two kinds of levels:
 
         - peaks: the demand is larger than at both neighbouring levels, and would exceed the limit if it grew further in
           proportion to the level;
@@ -261,7 +261,7 @@ class Search:
     def _between(
         self, lower: np.ndarray, upper: np.ndarray, below: np.ndarray, above: np.ndarray, *, by_interpolation: bool
     ) -> np.ndarray:
-        """Return levels to run within each bracket, shape [any, pair, damage_state]; NaN in unused places.
+        """Return levels to run within each bracket, shape [any, pair, damage_state]; NaN in unused elements.
 
         Interpolation: a power law of the demand against the intensity is fitted to both ends of the bracket. Two
         levels, one tolerance apart, enclose the intensity at which it reaches the limit of the demand. Division: levels

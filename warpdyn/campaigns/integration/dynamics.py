@@ -111,8 +111,8 @@ class Dynamics(ABC):
     def parameters_of(self, drawn: Arrays, structures: slice | np.ndarray = slice(None)) -> Arrays:
         """Return every parameter of drawn structures, by name, shape [structure, ...].
 
-        If nothing is drawn, these are the parameters of the nominal structure. For a LinearSystem, the parameters are
-        the factors on its matrices.
+        If nothing is drawn, the result contains the parameters of the nominal structure. For a LinearSystem, the
+        parameters are the factors on its matrices.
 
         Args:
             drawn: Scattered parameters by name; the first dimension is the structure.

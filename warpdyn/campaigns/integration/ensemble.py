@@ -77,7 +77,7 @@ class Ensemble:
 
     @property
     def example(self) -> Ensemble:
-        """Samples whose schedules are typical of this ensemble: here all samples, because all schedules are known."""
+        """Samples whose schedules are typical of this ensemble: all samples, because all schedules are known."""
         return self
 
     @property
@@ -183,7 +183,7 @@ class Ensemble:
         self.queue.start_reading(output, {name: values.shape for name, values in rows.items()}, arriving)
 
     def finish(self, rows: Arrays, map_function: MapFunction = map) -> None:
-        """Wait until the integration is done, and write the recorded values to the arrays given to `start`."""
+        """Wait until the integration is done, and write the outputs to `rows`, the arrays that `start` was given."""
         self.queue.read_into(rows, map_function)
 
     def integrate(self, chosen: np.ndarray) -> Arrays:

@@ -165,7 +165,8 @@ class Model:
         """Return the kernel plan for samples with `substeps` steps per motion interval, and a factor of interpolation.
 
         On a GPU the motions are interpolated before the launch, so that they have a value for each step. The factor is
-        then `substeps`. It is 1 if the motions are not interpolated, on a CPU or if the values need too much memory.
+        then `substeps`. The factor is 1 if the motions are not interpolated: on a CPU, or if the values need too much
+        memory.
         """
         most = self._values * substeps * (substeps + 1) // 2  # includes all smaller numbers of steps
         is_interpolated = self._undivided.undivided and most <= max(self._values, MOST_VALUES)

@@ -74,8 +74,8 @@ def pack_samples(
         place: Index of each sample's structure in the packed arrays, shape [sample].
         number: Index of each sample in the run, shape [sample], if its motion depends on this index; otherwise None.
         chosen: Indices of the samples that are launched; None: all.
-        by_intensity: Whether samples with the strongest motions come first. Such samples collapse at similar times, so
-            that the threads of a launch end together.
+        by_intensity: Whether samples with the strongest motions come first. Samples with similar intensities collapse
+            at similar times, so that the threads of a launch end together.
         record_from: Time from which peaks are recorded [s].
 
     Returns:
@@ -120,7 +120,7 @@ def pack_samples(
 
 
 def first_recorded_step(record_from: float, step: np.ndarray, steps: np.ndarray) -> np.ndarray:
-    """Return the number of the first step whose peaks are recorded, in float64, so that at least one step is recorded.
+    """Return the index of the first step whose peaks are recorded, shape [sample], float64; at most that of the last step.
 
     Args:
         record_from: Time from which peaks are recorded [s].

@@ -78,7 +78,7 @@ class Run:
         Args:
             structures: Indices of the structures, increasing.
             queue: Device queue on which they will be integrated.
-            known: Result of `draw` for these structures; None: they are drawn here.
+            known: Result of `draw` for these structures; None: this method draws them.
         """
         model, excitation = self.model, self.model.scene.excitation
         drawn, vibration = self.draw(structures) if known is None else known

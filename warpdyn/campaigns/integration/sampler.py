@@ -103,8 +103,8 @@ class Sampler:
                 contradictions with the nominal values.
 
         Raises:
-            ValueError: If a drawn value is out of the bounds of its parameter; the message names the parameter and the
-                place.
+            ValueError: If a drawn value is out of the bounds of its parameter; the message names the parameter, the
+                structure and the storey.
         """
         points = self._points_of(structures)
         nominal = self.structure.nominal_values

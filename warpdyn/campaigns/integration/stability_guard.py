@@ -107,7 +107,7 @@ class StabilityFindings:
         self.unchecked += int(np.count_nonzero(flags[ended] < 0))
 
     def refuse(self, any_step: bool) -> None:
-        """Raise a ValueError if no step is stable for a sample or, with `any_step`, if any step is beyond its limit."""
+        """Raise a ValueError if no step is stable for a sample or, if `any_step`, if any step exceeds its limit."""
         if self.never is not None:
             raise ValueError(
                 f"{self.event}method {self.method!r} amplifies sample {self.never} at any step, because one of its "
@@ -243,10 +243,13 @@ class StabilityFindings:
 def guard(
     run: Ensemble, vibration: Vibration, on_unstable: str, findings: StabilityFindings | None = None
 ) -> np.ndarray:
-    """Compare each sample's step with the stability limit of its structure; with "substep", divide longer steps.
+    """Return which samples have a step above their stability limit, shape [sample], after `on_unstable` is applied.
+
+    `on_unstable="substep"` divides steps above the limit; "raise" raises an error if a step is above the limit; "flag"
+    changes nothing.
 
     Args:
-        run: The samples. With "substep" their schedule is changed.
+        run: The samples. If `on_unstable` is "substep", their schedule is changed.
         vibration: Vibration of the structures of the samples, with the method's longest stable step.
         on_unstable: "substep" (the smallest stable number of steps per interval of the record), "raise" or "flag".
         findings: Findings to which the samples are added; None: they are discarded.
@@ -255,7 +258,8 @@ def guard(
         Which samples have a step beyond the limit after this call, shape [sample].
 
     Raises:
-        ValueError: If a sample has no stable step; with "raise", if a sample's step is beyond the limit.
+        ValueError: If a sample has no stable step; if `on_unstable` is "raise", also if a sample's step is beyond the
+            limit.
     """
     findings = StabilityFindings(run.sample.size, run.plan.method) if findings is None else findings
     unstable = findings.add_limits(run, vibration)
@@ -289,8 +293,9 @@ def structures_of_a_range(samples_per_structure: int) -> int:
 class Reruns:
     """Reruns of failed samples, within a limit on the number of steps for each range of structures.
 
-    The limit for a sample depends only on the samples before it in its range. If many samples of a range fail, a sample
-    may therefore not be run again that would be run again in a smaller run.
+    The failed samples of a range are run again in their order, as long as the steps of all reruns stay within the
+    limit, which follows from the steps of the samples up to then. Whether a sample is run again thus depends only on
+    the samples before it in its range. If many of them fail, the sample may not be run again.
     """
 
     def __init__(self) -> None:
@@ -344,7 +349,7 @@ class Reruns:
     def _charge(
         self, rerun: int, ranges: np.ndarray, steps: Callable[[slice], np.ndarray], which: np.ndarray
     ) -> np.ndarray:
-        """Charge the steps of samples to their ranges; return the steps charged up to and including some samples.
+        """Charge the steps of samples to their rerun ranges; return the sums of charged steps at the samples `which`.
 
         A row of ROW samples is charged with ROW times the steps of its first sample.
 

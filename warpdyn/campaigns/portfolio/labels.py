@@ -113,7 +113,7 @@ class Joined:
         return rows.reshape(-1, *widths)
 
     def _named(self, rows: dict[str, np.ndarray], first: int) -> dict[str, np.ndarray]:
-        """Add the numbers of samples, buildings and archetypes to values of samples from building `first` on."""
+        """Return values of samples from building `first` on, with numbers of sample, building and archetype added."""
         count = len(rows["sample"]) // self.samples_per_building
         rows["sample"] = (np.arange(len(rows["sample"])) + first * self.samples_per_building).astype(np.int32)
         del rows["structure"]

@@ -299,7 +299,7 @@ def is_large_on_gpu(run: Run) -> bool:
 
 
 def _first_counts(samples: int) -> np.ndarray:
-    """Return the initial counts of a block of `samples` samples, which the preparation kernels update."""
+    """Return initial counts of a block (unstable samples, longest duration, ...), which preparation kernels update."""
     counts = np.zeros(of_samples.COUNTS, np.int32)
     counts[of_samples.FIRST_UNSTABLE] = samples
     counts[of_samples.STARTS :] = -1

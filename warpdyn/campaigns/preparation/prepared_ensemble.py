@@ -45,7 +45,7 @@ class PreparedEnsemble(Ensemble):
     def finish_preparation(self, findings: StabilityFindings) -> bool:
         """Wait until the device has prepared the samples; return whether the preparation succeeded.
 
-        If it failed, the host must prepare the samples again, and then reports the error.
+        If the preparation failed, the host must prepare the samples again, and then reports the error.
 
         Args:
             findings: Findings on the stability of the samples, which are updated.

@@ -1,4 +1,4 @@
-"""Cells of a statistic, in which samples are counted: one cell for each combination of places along its dimensions."""
+"""Cells of a statistic, in which samples are counted: one for each combination of indices along its dimensions."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ EVENT = {"long_name": "event"}
 
 
 class Cells:
-    """The cells of a statistic: one for each combination of places along its dimensions, such as (archetype, motion).
+    """The cells of a statistic: one for each combination of indices along its dimensions, such as (archetype, motion).
 
     Args:
         population: Structures, motions and levels of the samples.
@@ -96,7 +96,7 @@ class Cells:
         return part
 
     def of_run(self, cells: np.ndarray) -> np.ndarray:
-        """Return the numbers of some of these cells in the numbering of the cells of all structures of the run."""
+        """Return the numbers of these structures' cells in the numbering of all cells of the run, shape [cell]."""
         own = self.population.structure_dim
         if self._run is self or own not in self.dims:
             return cells
@@ -151,14 +151,14 @@ class Cells:
         return Rows(samples // each, np.repeat(structures, samples // each), cell_of_row, one_unit(each))
 
     def _places_of(self, name: str, structures: np.ndarray) -> np.ndarray:
-        """Return the place of each of the given structures along the dimension `name`, shape [structure]."""
+        """Return the index of each of the given structures along the dimension `name`, shape [structure]."""
         if name == self.population.structure_dim and self._run is not self:
             return np.searchsorted(self._structures, structures)
         return self._run._of_structures[name][structures]  # computed once for all parts of the run
 
     @cached_property
     def _of_structures(self) -> dict[str, np.ndarray]:
-        """The place of every structure along each dimension that depends only on the structure, by dimension."""
+        """The index of every structure along each dimension that depends only on the structure, by dimension."""
         population = self.population
         known = {"archetype": population.archetype, "structure_group": population.group} | self._codes
         if population.structure_dim in self.dims:
@@ -166,7 +166,7 @@ class Cells:
         return known
 
     def _places(self, event: int) -> Places:
-        """Return the places of a structure's samples in an event; they are computed once and kept."""
+        """Return the cells and units of a structure's samples in an event; they are computed once and kept."""
         if event not in self._found_places:
             self._found_places[event] = Places(*self._cells_and_units(event))
         return self._found_places[event]

@@ -80,7 +80,7 @@ class DemandHistogram(Statistic):
 
 
 class HistogramReducer(Reducer):
-    """Reducer that counts samples by bin of a demand and by cell (combination of places along the dimensions).
+    """Reducer that counts samples by bin of a demand and by cell (combination of indices along the dimensions).
 
     Args:
         statistic: The statistic.
@@ -143,8 +143,8 @@ def quantiles_of(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return quantiles from a histogram, and the lower and upper edges of their bins; NaN in cells without samples.
 
-    The quantile of probability p is the smallest value that at least the share p of the samples does not exceed. It is
-    interpolated linearly within its bin.
+    The quantile of probability p is the smallest value that at least the share p of the samples does not exceed. The
+    value is interpolated linearly within its bin.
 
     Args:
         counts: Number of samples in each bin, shape [..., bin].

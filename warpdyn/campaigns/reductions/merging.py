@@ -19,7 +19,7 @@ from warpdyn.engine.kernels.reductions.exact_sums import ExactSums
 class Reducer(ABC):
     """Base class: adds blocks of samples to a statistic, for all or some structures of a run.
 
-    A cell is one combination of places along the dimensions of the statistic, such as (archetype, motion). Samples are
+    A cell is one combination of indices along the dimensions of the statistic, such as (archetype, motion). Samples are
     counted in whole numbers and summed exactly, so that results are bit-identical for any order and division of blocks.
 
     Attributes:

@@ -43,7 +43,7 @@ def group_numbers(structures: int, sampling: str) -> np.ndarray:
 
 @dataclass(frozen=True, eq=False)
 class Population:
-    """The structures, motions and levels of a run's samples.
+    """Structures, motions, levels and events of a run's samples.
 
     Args:
         scene: Scene of the run.
@@ -112,7 +112,7 @@ class Population:
 
     @property
     def motions_by_place(self) -> bool:
-        """Whether the motion of a sample depends only on its place among the samples of its structure."""
+        """Whether the motion of a sample depends only on its position among the samples of its structure."""
         return self.motion_of_place is not None
 
     @property

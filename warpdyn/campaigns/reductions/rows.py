@@ -10,7 +10,10 @@ import numpy as np
 
 @dataclass(frozen=True, eq=False)
 class Places:
-    """The places of samples within a row of samples; they are the same in all rows.
+    """Cell and unit of each sample of a row by its position (place) in the row; they are the same in all rows.
+
+    A row contains the samples of a structure or of one draw. A unit contains one or several samples; only the worst of
+    them counts.
 
     Args:
         cell: Number of the cell of each place, minus the number of the cell of the row, shape [place].
@@ -23,25 +26,25 @@ class Places:
 
     @cached_property
     def units(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Three arrays: places sorted by unit, start of each unit among them (and the end), cell of each unit."""
+        """Three arrays: positions sorted by unit, start of each unit among them (and the end), cell of each unit."""
         order, start, _ = in_order_of(self.unit)
         return order, start, self.cell[order[start[:-1]]].astype(np.int32)
 
     @cached_property
     def of_units(self) -> Places:
-        """The same row with one place for each unit."""
+        """The Places of a row that has one position for each unit instead of each sample."""
         cell = self.units[-1]
         return Places(cell, np.arange(cell.size))
 
     @cached_property
     def cells(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Three arrays: places sorted by cell, the start of each cell among them (and the end), and the cells."""
+        """Three arrays: positions sorted by cell, start of each cell among them (and the end), and the cells."""
         order, start, which = in_order_of(self.cell)
         return order, start, which.astype(np.int32)
 
 
 def in_order_of(numbers: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return how numbers are sorted, as three arrays.
+    """Return three arrays: indices that sort numbers, starts of equal numbers in this order, distinct numbers.
 
     Returns:
         Indices that sort the numbers; start of each distinct number in this order, and the end of the last one; the
@@ -54,7 +57,7 @@ def in_order_of(numbers: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray
 
 @cache
 def one_unit(count: int) -> Places:
-    """Return the places of a row of `count` samples that count as one unit: one sample, or all components of a draw."""
+    """Return the Places of a row of `count` samples that count as one unit: one sample, or all components of a draw."""
     none = np.zeros(count, dtype=np.int64)
     return Places(none, none)
 
@@ -63,7 +66,7 @@ def one_unit(count: int) -> Places:
 class Rows:
     """Assignment of the samples of a block to the cells of a statistic.
 
-    The number of a sample's cell is the number of its row's cell plus the offset of its place in the row.
+    The number of a sample's cell is the number of its row's cell plus the offset of its position in the row.
 
     Args:
         rows_per_structure: Number of rows of a structure. A row contains all samples of a structure. If samples differ

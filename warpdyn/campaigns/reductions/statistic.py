@@ -91,7 +91,7 @@ class Statistic:
             )
 
     def cells(self, population: Population, events: Sequence[str] | Sequence[int] | None = None) -> Cells:
-        """Return the cells of the statistic: one for each combination of places along the dimensions `over`.
+        """Return the cells of the statistic: one for each combination of indices along the dimensions `over`.
 
         Args:
             population: Structures, motions and levels of the run's samples.

@@ -1,6 +1,6 @@
 """Counts of samples by cell and outcome, and sums of their demands, which are added up block by block.
 
-A cell is one combination of places along the dimensions of a statistic, such as (archetype, motion).
+A cell is one combination of indices along the dimensions of a statistic, such as (archetype, motion).
 """
 
 from __future__ import annotations
@@ -88,7 +88,7 @@ def has_own_cells(cells: Cells) -> bool:
 
 
 class Tally:
-    """Numbers of samples by place (storey or floor), cell and outcome.
+    """Numbers of samples by place (storey or floor), cell (such as archetype and motion) and outcome (such as a state).
 
     The outcomes are the states of a demand, such as damage states or bins, followed by the kinds of failures.
 

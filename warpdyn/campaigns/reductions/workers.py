@@ -38,15 +38,15 @@ class Threads:
         self._pool = ThreadPoolExecutor(threads)
 
     def array(self, values: np.ndarray) -> Any:
-        """Return values as an array that the workers can read until they have reduced the block."""
+        """Return values as an array that the threads can read until they have reduced a block of samples."""
         return values
 
     def constant(self, values: np.ndarray) -> Any:
-        """Return constant values as an array that the threads can read for all blocks (here unchanged)."""
+        """Return constant values as an array that the threads can read for all blocks (a CPU needs no copy)."""
         return values
 
     def empty(self, shape: tuple[int, ...], dtype: Any) -> Any:
-        """Return an uninitialised array that the threads can write to until the block is reduced."""
+        """Return an uninitialised array that the threads can write to until a block of samples is reduced."""
         return np.empty(shape, dtype)
 
     def no_states(self, shape: tuple[int, ...]) -> Any:
@@ -54,7 +54,8 @@ class Threads:
         return np.zeros(shape, np.uint16)
 
     def kept(self, values: np.ndarray) -> Any:
-        """Return values as an array that the threads change from block to block (here the same array)."""
+        """Return values as an array that the threads change from block to block (the same array: a CPU needs no
+        copy)."""
         return values
 
     def read(self, array: Any) -> np.ndarray:

@@ -109,7 +109,7 @@ class Pipeline:
         findings: Findings on the stability of each event, which collect the warnings of the run.
         table: Table that receives the finished samples.
         histories: Samples whose whole histories are returned; None: no samples.
-        estimates: Error estimates of each event; empty without `checked_share`.
+        estimates: Error estimates of each event; empty if `checked_share` is not given.
         preparation: Preparation kernels, by which a device prepares its blocks; None: the host prepares them.
         sample_error: Relative error [1] that is required of every sample; None: no requirement.
         tells_cost: Whether the expected time of the run is reported before the first block.
@@ -174,7 +174,7 @@ class Pipeline:
         self._upcoming.close()
 
     def process(self, advance: Callable[[int], object]) -> None:
-        """Integrate all blocks that `begin` was called with, and add their samples to the table.
+        """Integrate all blocks that `begin` was called with, and add their samples to the table (in memory or reduced).
 
         Args:
             advance: Called with the number of histories done since its last call.
@@ -207,7 +207,7 @@ class Pipeline:
     def _prepared(self, preparation: Preparation, items: list[tuple[range, Queue]]) -> Generator[Block]:
         """Yield blocks that their devices have prepared; queue the next preparation on every device before that.
 
-        Without this queue, a device would be idle while the host waits for the preparation on another device.
+        Otherwise, a device would be idle while the host waits for the preparation on another device.
         """
         begun = deque[PreparedEnsemble]()
         for structures, queue in items:
@@ -225,7 +225,7 @@ class Pipeline:
         return Block([whole], [np.zeros(whole.size, dtype=bool)], findings, whole.longest_period)
 
     def _prepare(self, item: tuple[range, Queue]) -> Block:
-        """Draw the structures of a block, apply the stability guard to all events, and pack the first event's inputs.
+        """Return a block with drawn structures, stable steps in all events, and packed inputs of the first event.
 
         Several threads call this method at the same time, so it does not change any attribute of the pipeline.
         """
@@ -375,7 +375,7 @@ class Pipeline:
         return True
 
     def _complete(self, block: Block) -> None:
-        """Add the samples of a block, whose events are all finished, to the table."""
+        """Add the samples of a block, whose events are all finished, to the table (in memory or reduced)."""
         if self.several:
             fill_inputs(block.whole, {name: rows for name, rows in block.rows.items() if name not in self._of_event})
         self.table.add(block.rows, block.whole, block.staying)

@@ -109,8 +109,8 @@ def pushover(
         `storey_force` [N] of the springs and `dissipated_energy` [J], defined as in `storey_hysteresis`, shape [step,
         storey]; `floor_load` [1], the share of each floor in the base shear, shape [floor]. The attribute `building` is
         the building as JSON. If no equilibrium is found in a step, the curve ends at the last equilibrium, whose roof
-        displacement lies within that step. Then a warning and the attribute `stopped_because` report the place and the
-        reason.
+        displacement lies within that step. Then a warning and the attribute `stopped_because` report the roof
+        displacement and the reason.
 
     Raises:
         ValueError: If a displacement is not finite, or the pattern is unknown, negative or without a load on the roof.
@@ -219,9 +219,9 @@ class _PushedChain:
     def _step(self, displacement: float, stops_at_peak: bool) -> bool:
         """Move the roof to `displacement` [m] in one step; return whether an equilibrium was found there.
 
-        False if there is no equilibrium, or if `stops_at_peak` and the step would pass the peak strength of a storey.
-        The caller then uses a shorter step that ends at the peak, because from that point on the other storeys unload
-        while this storey softens.
+        The result is False if there is no equilibrium, or if `stops_at_peak` is True and the step would pass the peak
+        strength of a storey. The caller then uses a shorter step that ends at the peak, because from that point on the
+        other storeys unload while this storey softens.
         """
         move = displacement - self.drift.sum()
         scale = max(self.largest_shear, abs(move) * self.roof_stiffness)

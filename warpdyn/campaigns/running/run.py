@@ -1,4 +1,4 @@
-"""The run of a scene: groups of structures are divided into regions, whose results are delivered to a sink.
+"""The run of a scene: regions (ranges of structures) are integrated, and a sink (memory, file) gets their results.
 
 A group contains the structures that share a kernel and a default step: a scene of one structure is one group, and a
 portfolio has a group for each kernel and default step. A region is a contiguous range of the structures of a group,
@@ -119,7 +119,7 @@ class Run:
             return sink.finish(parts, rest, self.portfolio)
 
     def take(self, sink: Sink, part: Part, place: int, report: Report) -> None:
-        """Deliver the report of region number `place` of the group `part` to the sink; tests stop runs here."""
+        """Deliver the report of region number `place` of the group `part` to the sink; tests stop runs by it."""
         sink.take(part, place, report)
 
     def _job(self, number: int, group: Group | None) -> Job:

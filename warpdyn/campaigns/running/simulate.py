@@ -34,7 +34,7 @@ OBJECTS = {"integration": Integration, "execution": Execution, "outputs": Output
 
 
 def _refuses_both_forms(function: Callable[P, R]) -> Callable[P, R]:
-    """Decorate `simulate` to reject settings that are given both as an object and as a single argument.
+    """Return `simulate` with a check that rejects settings given both as an object and as a single argument.
 
     A single argument counts as given if it is not None, even if it equals its default.
     """
@@ -122,8 +122,8 @@ def simulate(
 
     Returns:
         Dataset over `sample`, with the recorded demands, the drawn inputs and `status` (ok, collapsed, diverged,
-        unstable_step, not_converged). Demands are NaN if the status is diverged, unstable_step or not_converged. With
-        `statistics` the dataset contains only the statistics.
+        unstable_step, not_converged). Demands are NaN if the status is diverged, unstable_step or not_converged. If
+        `statistics` are given, the dataset contains only the statistics.
 
         EventSequence: all variables except drawn inputs also have the dimension `event` (see `select_event`). If a
         sample is not ok in an event, its demands in later events are NaN.

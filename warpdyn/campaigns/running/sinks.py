@@ -1,4 +1,4 @@
-"""Sinks of a run, which receive the results of its regions: memory, a netCDF file, a Zarr store, or statistics.
+"""Sinks of a run, which receive the results of its regions (ranges of structures): memory, files, or statistics.
 
 A region is a range of structures that one process integrates. A part is a group of structures (one kernel and default
 step) with its regions; a scene of one structure has one part, a portfolio several.
@@ -73,7 +73,7 @@ class Memory:
         return {"rows": {name: values[span] for name, values in self._rows_of(part).items()}}
 
     def take(self, part: Part, place: int, report: Report) -> None:
-        """Copy the samples of a region's report, if it contains any, to their place, and keep the report."""
+        """Copy the samples of a region's report, if it contains any, to the arrays of the run, and keep the report."""
         first = part.first_sample(part.regions[place].start)
         for name, values in report.rows.items():
             self._rows_of(part)[name][first : first + len(values)] = values

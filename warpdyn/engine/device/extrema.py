@@ -1,8 +1,8 @@
 """The smaller and the larger of two values, and a value limited by two bounds, for functions that run in kernels.
 
 If one value is NaN, Warp's `wp.min`, `wp.max` and `wp.clamp` return the other value, which takes one instruction on a
-GPU and three or four on a CPU. The functions here take one instruction per comparison on a CPU, too. If one value is
-NaN, they return either of the two values; a sample with NaN has diverged, and its status shows this.
+GPU and three or four on a CPU. The functions in this module take one instruction per comparison on a CPU, too. If one
+value is NaN, they return either of the two values; a sample with NaN has diverged, and its status shows this.
 """
 
 import warp as wp

@@ -161,7 +161,7 @@ def kernel_of(
 
 
 def _add(values: dict[str, Any], part: Any, more: Mapping[str, Any]) -> None:
-    """Add the named values of a part to a dictionary; raise a ValueError if a name already has another value."""
+    """Add the named values of a kernel part to a dictionary; raise a ValueError if a name already has another value."""
     for name, value in more.items():
         if name in values and values[name] is not value and values[name] != value:
             raise ValueError(

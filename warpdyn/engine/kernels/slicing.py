@@ -43,7 +43,7 @@ class Launch(NamedTuple):
 
 
 def slices(launches: list[Launch], lanes: int, threads: int) -> list[tuple[Launch, int, int]]:
-    """Divide launches into slices that take about the same time, for CPU threads.
+    """Divide launches into slices of about the same run time for CPU threads; return the slices, the longest first.
 
     Args:
         launches: The launches.

@@ -118,7 +118,8 @@ def _sweep(cache: Path) -> None:
 def _is_removed(note: Path) -> bool:
     """Remove a note that is not locked, with the folder that it names; return whether the note was removed.
 
-    A note is a file that a process locks while it compiles into the folder. Without a lock, the process was killed.
+    A note is a file that a process locks while it compiles into the folder. If the note has no lock, the process was
+    killed.
     """
     try:
         file = os.open(note, os.O_RDWR | OPENED)

@@ -1,4 +1,4 @@
-"""Storey laws and devices: classes with parameters, bounds and device functions.
+"""Storey laws, dampers and stops: classes with parameters, bounds and device functions (functions in kernels).
 
     warpdyn.laws.Bilinear(yield_force=1e6, hardening_ratio=0.05)
 

@@ -1,4 +1,4 @@
-"""The storey laws and devices of a whole building; each storey may have a different law."""
+"""The storey laws, dampers and stops of a whole building; each storey may have a different law."""
 
 from __future__ import annotations
 
@@ -25,13 +25,13 @@ def missing_at(name: str, storey: int, law: str) -> str:
 
 
 class BuildingLaw:
-    """The laws of the storeys of a building, and the devices of the building.
+    """The laws of the storeys of a building, and the dampers and stops of the building (its devices).
 
     An object has the methods of a `Law`; they refer to the whole building.
 
     Args:
         laws: Law of each storey, or a single law for all storeys.
-        devices: Devices of all storeys; the strength of a device may be 0 in some storeys.
+        devices: Dampers and stops of all storeys; the strength of each may be 0 in some storeys.
     """
 
     def __init__(self, laws: Sequence[Element], devices: Sequence[Element] = ()) -> None:
@@ -47,22 +47,22 @@ class BuildingLaw:
 
     @property
     def name(self) -> str:
-        """Names of the laws and devices as one text, such as "bilinear|bouc_wen+gap"."""
+        """Names of the laws, dampers and stops as one text, such as "bilinear|bouc_wen+gap"."""
         return "+".join(["|".join(law.name for law in self.laws), *(device.name for device in self.devices)])
 
     @property
     def written(self) -> dict[str, str]:
-        """Source texts of those laws and devices of the building that users have defined: {name: source}."""
+        """Source texts of those laws, dampers and stops of the building that users have defined: {name: source}."""
         return {each.name: each.written for each in (*self.laws, *self.devices) if each.written}
 
     @property
     def has_only_linear_springs(self) -> bool:
-        """Whether the springs of all laws and devices are linear; viscous dampers have no springs."""
+        """Whether the springs of all laws, dampers and stops are linear; viscous dampers have no springs."""
         return all(law.is_linear for law in self.laws) and all(device.is_dashpot for device in self.devices)
 
     @property
     def is_linear_until_yield(self) -> bool:
-        """Whether all storeys are linear until they yield; False with devices or if storeys have different laws."""
+        """Whether all storeys are linear until they yield; False if there are dampers or stops, or different laws."""
         return len(self.laws) == 1 and not self.devices and self.laws[0].is_linear_until_yield
 
     def forces(self, *, has_power_dampers: bool = False) -> StoreyForces:
@@ -186,7 +186,7 @@ class BuildingLaw:
         )
 
     def stiffest(self, p: Values) -> np.ndarray:
-        """Return the largest tangent stiffness [N/m] of each storey with its devices, shape [structure, storey]."""
+        """Return the largest tangent stiffness [N/m] of storeys with their dampers and stops, [structure, storey]."""
         stiffest = p["stiffness"].astype(float)
         for law, storeys, own in self._laws(p):
             stiffest[..., storeys if storeys.size else slice(None)] = law.stiffest(own)
@@ -200,7 +200,7 @@ class BuildingLaw:
         return found
 
     def relaxation_rate(self, p: Values) -> np.ndarray:
-        """Return the largest rate [1/s] at which forces of devices relax at a constant drift, [structure, storey]."""
+        """Return the largest rate [1/s] at which forces of dampers relax at a constant drift, [structure, storey]."""
         rates = [device.relaxation_rate(p) for device in self.devices]
         return np.max(np.stack(np.broadcast_arrays(np.zeros_like(p["stiffness"]), *rates)), axis=0)
 
@@ -211,7 +211,7 @@ def _received(numbers: Sequence[int], laws: Sequence[Any], devices: Sequence[Any
     Args:
         numbers: For each storey, the index of its law in `laws`.
         laws: The different laws, as the function `sent` pickles classes.
-        devices: The devices, as the function `sent` pickles classes.
+        devices: The dampers and stops, as the function `sent` pickles classes.
     """
     kinds: list[Element] = [received(each) for each in laws]
     return BuildingLaw([kinds[number] for number in numbers], [received(each) for each in devices])
@@ -226,7 +226,7 @@ def _counted_in_building(text: str, storeys: np.ndarray) -> str:
 
 
 def _widest(elements: Sequence[Element]) -> dict[str, Parameter]:
-    """Return the parameters {name: parameter} of all laws and devices of a building.
+    """Return the parameters {name: parameter} of all laws, dampers and stops of a building.
 
     If several laws have a parameter of the same name, its bounds are the widest of their bounds.
     """

@@ -1,7 +1,8 @@
 """Functions in kernels for combinations: a law with a damper or gap in the same storey, and storeys of several laws.
 
-A storey with a device has the coefficients and the memory of the law, followed by those of the device. If the laws of
-the storeys differ, the first coefficient of a storey selects its law, and the coefficients of this law follow.
+A storey with a damper or stop has the coefficients and the memory of the law, followed by those of the damper or stop.
+If the laws of the storeys differ, the first coefficient of a storey selects its law, and the coefficients of this law
+follow.
 """
 
 from collections.abc import Callable
@@ -119,9 +120,10 @@ def _row(name: str, one: Spring, other: Spring, combine: Callable, coefficients:
 
 
 def side_by_side(rules: str, one: Spring, other: Spring) -> Spring:
-    """Return the device functions of a storey in which a law and a device act in parallel: their forces are added.
+    """Return the device functions of a storey with a law and a damper or stop in parallel: their forces are added.
 
-    `one` contains the functions of the law, `other` those of the device, and `rules` is the name of the combination.
+    `one` contains the functions of the law, `other` those of the damper or stop, and `rules` is the name of the
+    combination.
     """
     FIRST_C, C, FIRST_M, M = one.coefficients, other.coefficients, one.memory, other.memory
     name = _function_name(rules)

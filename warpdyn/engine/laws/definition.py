@@ -1,4 +1,4 @@
-"""Check and register the class of a storey law or device when the class is defined."""
+"""Check and register the class of a storey law, damper or stop when the class is defined."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ SAMPLE_STIFFNESS = 1.0e7  # N/m
 
 
 def define(cls: type[StoreyElement]) -> None:
-    """Complete, check and register a new class of a law or device; its annotated fields become its parameters.
+    """Complete, check and register a new class of a law, damper or stop; its annotated fields become its parameters.
 
     Raises:
         TypeError: If the class breaks a rule; the message names the class and the rule.
@@ -114,7 +114,7 @@ def _check_names(cls: type[StoreyElement], body: Mapping[str, Any]) -> None:
 
 
 def _first_of_warpdyn(cls: type) -> type:
-    """Return the base class of all laws and devices (StoreyElement), for any order of a user's base classes."""
+    """Return the base class of all laws, dampers and stops (StoreyElement), for any order of a user's base classes."""
     return next(each for each in reversed(cls.__mro__) if each.__module__.startswith("warpdyn."))
 
 
@@ -170,7 +170,7 @@ def _parameters(cls: type[StoreyElement]) -> dict[str, Parameter]:
 
 
 def _check_name(cls: type[StoreyElement]) -> None:
-    """Raise a TypeError if a user's class has the name of a law or device of warpdyn, or of another kind."""
+    """Raise a TypeError if a user's class has the name of a law, damper or stop of warpdyn, or of another kind."""
     for table in (cls.table, *(base.table for base in cls.kinds)):
         known = table.get(cls.name)
         if known is not None and known.__module__.startswith("warpdyn.") and known.__module__ != cls.__module__:

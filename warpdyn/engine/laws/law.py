@@ -1,4 +1,4 @@
-"""Base classes of storey laws and devices: parameters, bounds, and the coefficients that kernels read.
+"""Base classes of storey laws and of dampers and stops: parameters, bounds, and the coefficients that kernels read.
 
 A law is a class whose fields are its parameters. An object such as `Bilinear(yield_force=1e6, hardening_ratio=0.05)`
 contains values for all storeys of a building. Defining a class registers it in LAWS or DEVICES under its name in a
@@ -253,7 +253,7 @@ class StoreyElement:
 
     @classmethod
     def spring(cls, p: Values) -> str:
-        """Return the name of the set of device functions for these parameters, a key of `rows`; "" without variants."""
+        """Return the name of the set of device functions for these parameters, a key of `rows`; "" if there is one."""
         return next(iter(cls.rows), "")
 
     @classmethod
@@ -265,7 +265,8 @@ class StoreyElement:
     def derived(p: Values) -> dict[str, np.ndarray]:
         """Return further coefficients for device functions in the class body: {name: values}.
 
-        The coefficients are computed once per structure. Put divisions here, because they are slow in device functions.
+        The coefficients are computed once per structure. Put divisions into this method, because they are slow in
+        device functions.
 
         Args:
             p: Parameters and stiffness of the storeys: {name: array of shape [structure, storey]}.
@@ -372,7 +373,7 @@ class Law(StoreyElement):
 
 
 class Device(StoreyElement):
-    """Base class of devices, which act in parallel with the law of a storey; storeys without a device have strength 0.
+    """Base class of dampers and stops, which act in parallel with the law of a storey; their strength may be 0.
 
     Example:
         >>> damper = wd.laws.ViscousDamper(damper_coefficient=2e6)

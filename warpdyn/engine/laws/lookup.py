@@ -1,4 +1,4 @@
-"""Find the classes of laws and devices that a user gives as names, OpenSees' names, classes or objects."""
+"""Find the classes of laws, dampers and stops that a user gives as names, OpenSees' names, classes or objects."""
 
 from __future__ import annotations
 
@@ -32,10 +32,10 @@ def law_name(given: object) -> str:
 def devices_and_values(
     devices: Sequence[Given], others: Collection[str], laws: Sequence[type[Law]] = ()
 ) -> tuple[tuple[type[Device], ...], Own]:
-    """Return the classes of the devices of a building, and the parameters of devices that are given as objects.
+    """Return the classes of the dampers and stops of a building, and the parameters of those given as objects.
 
     Args:
-        devices: The devices, each a name, a class or an object.
+        devices: The dampers and stops, each a name, a class or an object.
         others: Names of the parameters that are given to the building.
         laws: Classes of the laws of the building.
 
@@ -131,14 +131,14 @@ def class_and_values(
 
 
 def check_written(texts: Mapping[str, str], where: str) -> None:
-    """Check that the users' laws and devices in a stored scene are defined; warn if their source has changed.
+    """Check that the users' laws, dampers and stops in a stored scene are defined; warn if their source has changed.
 
     Args:
-        texts: {name: source of the law or device when the scene was stored}.
+        texts: {name: source of the law, damper or stop when the scene was stored}.
         where: The place of the stored scene, for messages.
 
     Raises:
-        ValueError: If a law or device is not defined.
+        ValueError: If a law, damper or stop is not defined.
     """
     for name, text in texts.items():
         known: type[StoreyElement] | None = LAWS.get(name) or DEVICES.get(name)
@@ -164,7 +164,7 @@ def _only_value(name: str, value: float | tuple[float, ...], storey: int) -> flo
 
 
 def _refuse_twice(own: Collection[str], others: Collection[str], what: str) -> None:
-    """Raise a ValueError if a parameter is given twice: in an object of a law or device, and to the building."""
+    """Raise a ValueError if a parameter is given twice: in an object of a law, damper or stop, and to the building."""
     for name in own:
         if name in others:
             raise ValueError(
@@ -173,7 +173,7 @@ def _refuse_twice(own: Collection[str], others: Collection[str], what: str) -> N
 
 
 def _given_class(what: str, given: object, table: Mapping[str, type[Kind]]) -> type[Kind]:
-    """Return the class of a law or device that is given by a name, a class or an object."""
+    """Return the class of a law, damper or stop that is given by a name, a class or an object."""
     kind = given if isinstance(given, type) else type(given)
     if issubclass(kind, StoreyElement) and hasattr(kind, "forces") and kind.table is table:
         return cast(type[Kind], kind)
@@ -193,7 +193,7 @@ def _given_class(what: str, given: object, table: Mapping[str, type[Kind]]) -> t
 
 
 def _of_the_other_kind(given: object, table: Mapping[str, type[StoreyElement]]) -> str:
-    """Return a hint for a message if a device was given as the law of a storey, or a law as a device; else ""."""
+    """Return a hint for a message if a damper or stop was given as `law`, or a law in `devices`; else ""."""
     name = type(given).name if isinstance(given, StoreyElement) and hasattr(type(given), "name") else given
     if table is not CONTACTS and isinstance(name, str) and name in CONTACTS:
         return f": {name!r} is a contact, which only a Spring of a LumpedStructure can have"
@@ -212,7 +212,7 @@ def _of_the_other_kind(given: object, table: Mapping[str, type[StoreyElement]]) 
 
 
 def _opensees(table: Mapping[str, type[StoreyElement]]) -> dict[str, tuple[str, ...]]:
-    """Return {OpenSees' name: names in warpdyn of the laws or devices that it may mean}."""
+    """Return {OpenSees' name: names in warpdyn of the laws, dampers or stops that it may mean}."""
     found: dict[str, tuple[str, ...]] = {}
     for name, element in table.items():
         for word in element.opensees:

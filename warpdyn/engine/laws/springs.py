@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Variant:
-    """One set of device functions of a law or a device; several laws may share a set.
+    """One set of device functions of a storey law, damper or stop; several laws may share a set.
 
     Args:
         name: Unique name of the variant.
@@ -42,11 +42,11 @@ class Variant:
 
 @dataclass(frozen=True)
 class SideBySide:
-    """A law and a device that act in parallel in a storey; their forces are added.
+    """A storey law and a damper or stop that act in parallel in a storey; their forces are added.
 
     Args:
         first: The law of the storey.
-        second: The device.
+        second: The damper or stop.
     """
 
     first: StoreyRules
@@ -76,13 +76,13 @@ StoreyRules = Variant | SideBySide | OneOrOther
 
 
 def is_mixed(rules: StoreyRules) -> bool:
-    """Return whether the storeys of a building have different laws; devices do not matter."""
+    """Return whether the storeys of a building have different laws; dampers and stops do not matter."""
     return isinstance(rules, OneOrOther) or (isinstance(rules, SideBySide) and is_mixed(rules.first))
 
 
 @functools.cache
 def spring_row(rules: StoreyRules) -> Spring:
-    """Return the device functions of a variant, or of a combination of laws and devices; each is made only once.
+    """Return the device functions of a variant, or of laws combined with dampers or stops; each is made only once.
 
     Raises:
         TypeError: If built-in device functions read a different number of coefficients than their law provides.

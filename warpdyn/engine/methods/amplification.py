@@ -22,7 +22,7 @@ DAMPING_RATIOS_AT_A_TIME = 128
 
 
 def oscillator_limits(method: Method, damping_ratio: np.ndarray) -> np.ndarray:
-    """Return the largest w h up to which a step of a method does not amplify motion, times `limit_scale`.
+    """Return stability limits: the largest frequency times step w h without amplification, times `limit_scale`.
 
     w is the circular frequency of an oscillator and h the step.
 
@@ -129,10 +129,10 @@ def _scanned_limits(method: ExplicitMethod | MultistepMethod | ImplicitMethod, d
 def _dips(
     method: ExplicitMethod | MultistepMethod | ImplicitMethod, conditions: np.ndarray, damping_ratio: np.ndarray
 ) -> list[tuple[int, int, float]]:
-    """Find conditions that are violated only between two scanned steps.
+    """Return (column, index, unstable step) of conditions that are violated only between two scanned steps.
 
-    For each such condition, the result contains (column, index of the scanned step before, unstable step). The unstable
-    step is the minimum of the parabola through three scanned values whose middle value is the lowest.
+    The index is that of the scanned step before the unstable step. The unstable step is the minimum of the parabola
+    through three scanned values whose middle value is the lowest.
     """
     before, here, after = conditions[:, :-2], conditions[:, 1:-1], conditions[:, 2:]
     low = np.nonzero((here > ROUNDING) & (here <= before) & (here < after))

@@ -1,8 +1,8 @@
 """The default integration method of `simulate`, which is used if neither method nor step is given.
 
 The default method is chosen from tables of measured errors and costs. studies/default_methods.py measures the errors
-for each storey law and kind of damping (data/default_methods.csv), and the costs for each storey law and device
-(data/default_method_costs.csv).
+for each storey law and kind of damping (data/default_methods.csv), and the costs for each storey law on a CPU and on a
+GPU (data/default_method_costs.csv).
 """
 
 from __future__ import annotations

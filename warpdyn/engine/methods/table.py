@@ -40,7 +40,7 @@ class StoreyForces:
     """Properties of the storey forces of a structure that decide which integration methods support the structure.
 
     Args:
-        names: Names of the laws and devices.
+        names: Names of the storey laws, dampers and stops.
         is_linear: Whether all forces are linear.
         has_rate: Whether the memory of a law follows a differential equation.
         relaxes: Whether a force changes with time at a constant drift.

@@ -1,4 +1,4 @@
-"""Arrays of recorded values: NumPy functions accept them instead of arrays, and the arrays record what is computed."""
+"""Arrays for tracing: NumPy functions accept them instead of ndarrays, and their operations are recorded."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class NotTraceableError(TypeError):
 
 @contextmanager
 def conditions() -> Iterator[list[Node]]:
-    """Collect the conditions that a function tests by `np.any` or `np.all`, such as checks of bounds.
+    """Yield a list that collects the conditions which a function tests by `np.any` or `np.all`, such as bounds.
 
     While the function is recorded, no condition is known; `np.any` returns False and `np.all` returns True.
     """
@@ -148,14 +148,15 @@ class Traced(np.lib.mixins.NDArrayOperatorsMixin):
     def any(self, axis: Any = None) -> Any:
         """Return whether any value along an axis is true, as recorded values.
 
-        Without an axis, add the condition to those that `conditions` collects, and return False.
+        If `axis` is None, assume that no value is true: return False, and let `conditions` collect the condition that
+        one is true, under which the recording is not valid.
         """
         return _asked(self, is_any=True) if axis is None else reduced("logical_or", self, axis, False)
 
     def all(self, axis: Any = None) -> Any:
         """Return whether all values along an axis are true, as recorded values.
 
-        Without an axis, assume that all values are true: return True, and let `conditions` collect the condition that
+        If `axis` is None, assume that all values are true: return True, and let `conditions` collect the condition that
         not all are true, under which the recording is not valid.
         """
         return _asked(self, is_any=False) if axis is None else reduced("logical_and", self, axis, False)

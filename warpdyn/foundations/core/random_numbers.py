@@ -1,7 +1,7 @@
 """Random numbers that depend only on seed, sample, purpose and a counter, not on the order of computation.
 
 Philox4x32-10 (Salmon, Moraes, Dror and Shaw 2011, Parallel random numbers: as easy as 1, 2, 3, SC11) computes four
-random 32-bit words from a counter of four words and a key of two words. Here the key is the seed, and the counter
+random 32-bit words from a counter of four words and a key of two words. In warpdyn the key is the seed, and the counter
 consists of a running number, the purpose, and the index of the sample (two words). Therefore, a sample's random numbers
 do not depend on how samples are divided among blocks, threads or devices. `warpdyn.engine.device.random_numbers` has
 the same functions for kernels.

@@ -49,7 +49,7 @@ def write_nrml_fragility(
     probabilities of exceedance at given intensities. OpenQuake interpolates linearly between these intensities, uses
     the probability 0 below the first one, and the last probability above the last one.
 
-    Curves that cross, decrease or exceed 1 raise an error here; OpenQuake accepts them. Two lognormal curves with
+    Curves that cross, decrease or exceed 1 raise an error, although OpenQuake accepts them. Two lognormal curves with
     different dispersions always cross at some intensity. An error is raised only if, between the minimum and the
     maximum intensity, the heavier state is more probable than the lighter one by more than 0.001. If discrete functions
     cross by less, the file contains the same probability for both.

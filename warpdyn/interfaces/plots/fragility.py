@@ -198,7 +198,7 @@ def _draw_curve(axes: Axes, row: xr.Dataset, colour: str, label: str, style: str
 
 
 def _levels(dataset: xr.Dataset) -> np.ndarray:
-    """Return the intensities of the stripes, shape [stripe], or (without stripes) those at which a curve rises."""
+    """Return the intensities of the stripes or, if a run has no stripes, those at which a curve rises, [stripe]."""
     if "exceedance_fraction" in dataset:
         return dataset["stripe"].values
     curve = dataset["fragility_curve"].transpose("damage_state", "intensity").values

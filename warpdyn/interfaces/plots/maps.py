@@ -107,7 +107,7 @@ def damage_map(
 
 
 def _values_of(results: pd.DataFrame, state: str | None) -> tuple[np.ndarray, np.ndarray, str]:
-    """Return the value of each building [1], its weight in the mean of a cell, and the label of the colour bar."""
+    """Return the value of each building [1], its weight in the mean of a map cell, and the label of the colour bar."""
     missing = [name for name in ("longitude", "latitude", "number") if name not in results]
     if missing:
         raise ValueError(f"plots.damage_map: the table has no column {missing[0]!r}: {_ADVICE}")

@@ -249,7 +249,7 @@ def loss_exceedance(dataset: xr.Dataset, *, colour: str = COLOURS[0], ax: Axes |
 
 
 def _loss_exceedance_of_events(dataset: xr.Dataset, colour: str, ax: Axes | None) -> Drawn:
-    """Draw the losses of events against their annual rate of exceedance, or (without rates) against the probability."""
+    """Draw the losses of events against their annual rate of exceedance or, if it is missing, their probability."""
     has_rates = "loss_exceedance_rate" in dataset
     name = "loss_exceedance_rate" if has_rates else "exceedance_probability"
     advice = "draw the result of event_losses(counted), or of portfolio_losses with event_rates="

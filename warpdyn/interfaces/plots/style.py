@@ -203,6 +203,6 @@ def title(axes: Axes, text: str) -> None:
 
 
 def legend(axes: Axes, *, outside: bool = False, **how: Any) -> None:
-    """Draw the legend of a panel: inside it, or (with `outside`) at its right side."""
+    """Draw the legend of a panel: inside it or, if `outside` is True, at its right side."""
     where = {"loc": "upper left", "bbox_to_anchor": (1.01, 1.0), "borderaxespad": 0.0} if outside else {}
     axes.legend(**{"fontsize": SMALL, "title_fontsize": SMALL} | where | how)

@@ -160,7 +160,7 @@ def checked_motions(
 
 
 def one_list(motions: object, of_levels: object) -> tuple[Any, Any]:
-    """Convert lists of motions, one list per level, to one list of all motions and lists of indices.
+    """Return one list of all motions, and the indices of each level's motions, from one list of motions per level.
 
     Motions with the same name and the same samples become one motion, even if they are in several lists.
 

@@ -143,7 +143,10 @@ def no_column(what: str, name: str, table: pd.DataFrame) -> ValueError:
 
 
 def _checked_rows(what: str, table: pd.DataFrame) -> pd.DataFrame:
-    """Return the table with numbers and categories as columns; raise a ValueError that counts all invalid rows."""
+    """Return the table with columns converted to float64 or to categories; raise a ValueError if rows are invalid.
+
+    The message states, for each kind of mistake, in how many rows it occurs.
+    """
     problems = []
     table["id"], twice, has_none = _ids(table["id"])
     problems += _problem(table, twice, "have an id that is not unique", "")

@@ -82,7 +82,7 @@ class BuildingView:
         return np.where(self.is_isolated, values, np.nan)
 
     def above_0(self, name: str) -> np.ndarray:
-        """Return the values of a parameter [row, storey], with NaN instead of 0 (the storey has no such device)."""
+        """Return the values of a parameter [row, storey], with NaN instead of 0 (no such damper or stop)."""
         return np.where(self[name] > 0, self[name], np.nan)
 
     def over_neighbour(self, name: str) -> np.ndarray:
@@ -141,7 +141,7 @@ class BuildingView:
 
     @property
     def needs_damping(self) -> bool:
-        """Whether a building without damping and without devices is excited by ground motions."""
+        """Whether a building without damping, dampers and stops is excited by ground motions."""
         is_plain = self.is_shaken and not self.building.devices and self.own.all()
         return bool(is_plain and not self.damping_ratio.any())
 

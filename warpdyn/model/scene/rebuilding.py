@@ -122,7 +122,7 @@ class Rebuilding:
         self.by_digest = {motion.description()["digest"]: motion for motion in motions}
 
     def value(self, told: Any, where: str) -> Any:
-        """Return the value or object that the JSON value `told` describes; `where` is its place, for errors."""
+        """Return the value or object that the JSON value `told` describes; `where` is its position, for errors."""
         if isinstance(told, str) and told.startswith(NAMED_BY_SHAPE):
             raise ValueError(
                 f"from_json(): the values of {where} are not in the JSON, which contains only the shape of long arrays "
@@ -153,7 +153,7 @@ class Rebuilding:
         return self.by_digest[told["digest"]]
 
     def structure(self, told: dict[str, Any], where: str) -> ShearBuilding | LumpedStructure | LinearSystem | Portfolio:
-        """Return the structure that the JSON object `told` describes; `where` is its place, for errors."""
+        """Return the structure that the JSON object `told` describes; `where` is its position, for errors."""
         _check_keys(told, where, (), ("type",))
         rest = dict(told)
         kind = rest.pop("type")
@@ -209,7 +209,7 @@ class Rebuilding:
         return TorsionalBuilding.of_parts(masses, springs, influence=influence, **chosen)
 
     def _numbers(self, told: object, where: str) -> np.ndarray:
-        """Return the values of a building's parameter as an array; `where` is its place in the JSON, for errors."""
+        """Return the values of a building's parameter as an array; `where` is its position in the JSON, for errors."""
         try:
             return np.array(told, dtype=float)
         except (TypeError, ValueError):

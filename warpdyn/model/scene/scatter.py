@@ -249,7 +249,7 @@ def central(structure: Structure, scatter: Scatter) -> dict[str, np.ndarray]:
 def representative(structure: Structure, scatter: Scatter) -> dict[str, np.ndarray]:
     """Return two values of each random parameter and all values of GivenValues, shape [value, storey] or [value].
 
-    Storeys that have equal values here have equal values in every sample.
+    Storeys that have equal values in the result have equal values in every sample.
     """
     return _at(structure, scatter, np.array([0.0, 1.0]))
 

@@ -180,7 +180,7 @@ class Scene:
     def representative_parameters(self) -> dict[str, np.ndarray]:
         """Two values of each random parameter and all values of GivenValues, shape [value, storey] or [value].
 
-        Storeys that have equal values here have equal values in every sample.
+        Storeys that have equal values in this mapping have equal values in every sample.
         """
         return representative(self.structure, self.scatter)
 

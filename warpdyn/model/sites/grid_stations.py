@@ -25,7 +25,7 @@ def read_stations(
     function: str,
     path: str | os.PathLike,
 ) -> tuple[Path, list[str], tuple[np.ndarray, np.ndarray], list[list[dict[str, str]]]]:
-    """Read EventGrid.csv and the files of its grid points.
+    """Return the names, coordinates and rows of the grid points of EventGrid.csv, from it and the files of the points.
 
     Args:
         function: Name of the public function, for messages.

@@ -306,7 +306,7 @@ def _one_per_storey(name: str, value: ArrayLike, storeys: int) -> np.ndarray:
 
 
 def _refuse_several_laws(law: object) -> None:
-    """Raise a ValueError if `law` is a list of laws, one per storey, which the constructors here do not accept."""
+    """Raise a ValueError if `law` is a list of laws, one per storey, which these constructors do not accept."""
     if isinstance(law, list | tuple):
         raise ValueError(
             f"law must be one name here, such as 'bilinear', got {law!r}: for storeys with different laws use "

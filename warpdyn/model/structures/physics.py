@@ -1,8 +1,8 @@
 """Physical effects in storeys that are not part of laws or damping, such as P-Delta; and drift capacities.
 
-Each effect is a row of PHYSICS. To add an effect, add a row here and, in `warpdyn/engine/kernels/parts/`, a kernel part
-(a piece of kernel code) with the name of the row. A building has an effect if its parameters are given. Kernels of
-buildings without the effect do not contain its code.
+Each effect is a row of PHYSICS. To add an effect, add a row to PHYSICS and, in `warpdyn/engine/kernels/parts/`, a
+kernel part (a piece of kernel code) with the name of the row. A building has an effect if its parameters are given.
+Kernels of buildings without the effect do not contain its code.
 """
 
 from __future__ import annotations

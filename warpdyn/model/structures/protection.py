@@ -111,8 +111,8 @@ class ProtectedChain:
         The defaults are Den Hartog's optimum, which minimises the largest response of an undamped building to a
         harmonic force of any frequency. For the mass ratio mu, the frequency ratio is 1 / (1 + mu) and the damping
         ratio is sqrt(3 mu / (8 (1 + mu))) (Den Hartog, Mechanical Vibrations, 4th edition, section 3.3, where the
-        damping ratio refers to the building's frequency; here it refers to the damper's frequency). Rayleigh damping
-        and stiffness-proportional damping are treated as in `on_isolators`.
+        damping ratio refers to the building's frequency; in warpdyn it refers to the damper's frequency). Rayleigh
+        damping and stiffness-proportional damping are treated as in `on_isolators`.
 
         Args:
             mass_ratio: Mass of the damper divided by the modal mass of the first mode (with shape 1 at the roof) [1];

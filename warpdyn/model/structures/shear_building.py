@@ -58,7 +58,8 @@ class ShearBuilding(CalibratedChain, ProtectedChain, Structure):
             parameters, such as `Bilinear(yield_force=1e6, hardening_ratio=0.05)`, or a name, such as "bilinear" or
             OpenSees' "Steel01", with its parameters in `**parameters`. `warpdyn.laws.LAWS` lists all laws; the help of
             a law's class explains its parameters.
-        devices: Devices parallel to the storeys' springs, by name or as objects: `FrictionDamper`, `ViscousDamper`,
+        devices: Dampers and stops parallel to the storeys' springs, by name or as objects: `FrictionDamper`,
+        `ViscousDamper`,
             `Gap` (stops on both sides of the storey's drift) or `OneSidedGap` (a stop on the positive side).
         damping: Inherent damping:
             "none";
@@ -82,7 +83,8 @@ class ShearBuilding(CalibratedChain, ProtectedChain, Structure):
             no capacity.
         drift_ratio_capacity: Storey drift ratio at which the building collapses [1], shape [storey]. If both
             capacities are given, the smaller drift counts in each storey.
-        **parameters: Parameters of the damping, and of laws and devices that are given by name: one value or one per
+        **parameters: Parameters of the damping, and of laws, dampers and stops that are given by name: one value or one
+        per
             storey, such as `yield_force` [N] and `damping_ratio`. If laws differ, a value is used in the storeys whose
             law has the parameter; other storeys have NaN. If a storey has no friction damper, viscous damper or gap,
             give it 0 as `slip_force` [N], `damper_coefficient` [N (s/m)^a] or `contact_stiffness` [N/m].
@@ -229,7 +231,7 @@ class ShearBuilding(CalibratedChain, ProtectedChain, Structure):
         """Return the values of a parameter if storeys have different laws, and whether each storey has the parameter.
 
         Values are NaN in storeys whose law does not have the parameter. Both arrays have shape [storey]; the second is
-        None if no law has the parameter, so that it belongs to the building or to devices.
+        None if no law has the parameter, so that it belongs to the building or to dampers and stops.
         """
         laws = [law for law in self.storey_law.laws if name in law.parameters]
         if not laws:
@@ -264,7 +266,8 @@ class ShearBuilding(CalibratedChain, ProtectedChain, Structure):
     def chosen(self) -> dict[str, Any]:
         """Return the choices other than parameters, for the JSON of the scene.
 
-        They are laws, devices, damping, and the numbers of the storeys that are isolators or a tuned mass damper.
+        The choices are laws, dampers and stops, damping, and the numbers of the storeys that are isolators or a tuned
+        mass damper.
         """
         found: dict[str, Any] = {"law": self.law, "damping": self.damping}
         found |= {"devices": list(self.devices)} if self.devices else {}

@@ -26,10 +26,10 @@ class Structure(ABC):
         is_many: Whether the object is a portfolio of several building types.
         is_vehicle: Whether the motions are those of a road, not of earthquakes.
         is_scaled: Whether parameters are matrices, which scatter can only multiply by a factor.
-        law: Names of the storey laws and devices, joined to one text; "elastic" for a linear structure.
+        law: Names of the storey laws, dampers and stops, joined to one text; "elastic" for a linear structure.
         storey_laws: Names of the laws, one per storey, or one name for all storeys.
         storey_law: The laws of all storeys as one object.
-        devices: Names of the devices parallel to the storey springs.
+        devices: Names of the dampers and stops parallel to the storey springs.
         damping: Name of the kind of damping.
         parameters: Parameter name -> values.
         parameter_table: Parameter name -> units, bounds and default value.

@@ -47,7 +47,7 @@ def penalised_likelihood(
 def fit_probit(
     levels: np.ndarray, exceeding: np.ndarray, total: np.ndarray, start: tuple[np.ndarray, np.ndarray] | None = None
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Fit lognormal curves to stripe counts by maximum likelihood; penalised likelihood if stripes are separated.
+    """Return medians and dispersions of lognormal curves fitted to stripe counts; penalised if stripes are separated.
 
     Args:
         levels: Intensity of each stripe, shape [im_level].
@@ -73,7 +73,7 @@ def fit_probit(
 def fit_logit(
     levels: np.ndarray, exceeding: np.ndarray, total: np.ndarray, start: tuple[np.ndarray, np.ndarray] | None = None
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Fit loglogistic curves to stripe counts; arguments and results: see `fit_probit`.
+    """Return medians and dispersions of loglogistic curves fitted to stripe counts; arguments: see `fit_probit`.
 
     The dispersion is the standard deviation of ln(capacity), which is pi / sqrt(3) divided by the slope of the logit.
     """

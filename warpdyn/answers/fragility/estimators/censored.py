@@ -111,12 +111,12 @@ class CensoredRegression:
 
     @cached_property
     def _upper_row(self) -> np.ndarray:
-        """Factors of the parameters in the score of the upper bound, shape [observation, coefficient + 1]."""
+        """Factors of the parameters in the standardised upper bound, shape [observation, coefficient + 1]."""
         return np.column_stack([-self.design, np.where(np.isfinite(self.upper), self.upper, 0.0)])
 
     @cached_property
     def _lower_row(self) -> np.ndarray:
-        """Factors of the parameters in the score of the lower bound, shape [observation, coefficient + 1]."""
+        """Factors of the parameters in the standardised lower bound, shape [observation, coefficient + 1]."""
         return np.column_stack([-self.design, np.where(np.isfinite(self.lower), self.lower, 0.0)])
 
     def _start(self) -> np.ndarray:
@@ -150,7 +150,7 @@ class CensoredRegression:
         both = up[:, :, None] * low[:, None, :]
         both += low[:, :, None] * up[:, None, :]
         information -= (weights * at.slope_upper * -at.slope_lower * ~self._is_exact) @ both.reshape(-1, count * count)
-        # The density of a known value is the normal density of its score, divided by the deviation.
+        # The density of a known value is the normal density of the standardised value, divided by the deviation.
         precision, known = parameters[:, -1], weights @ self._is_exact.astype(np.float64)
         with np.errstate(divide="ignore", invalid="ignore"):
             value += np.where(known > 0, known * np.log(precision), 0.0)
@@ -190,11 +190,11 @@ class _Scores(NamedTuple):
 
     Args:
         value: Log-likelihood; for known values without the term ln(1 / deviation).
-        slope_upper: Derivative of the log-likelihood with respect to the score of the upper bound; for a known value,
-            with respect to the score of the value.
-        slope_lower: Derivative of the log-likelihood with respect to the score of the lower bound.
-        bend_upper: Negative second derivative with respect to the score of the upper bound.
-        bend_lower: Negative second derivative with respect to the score of the lower bound. The mixed second derivative
+        slope_upper: Derivative of the log-likelihood with respect to the standardised upper bound; for a known value,
+            with respect to the standardised value.
+        slope_lower: Derivative of the log-likelihood with respect to the standardised lower bound.
+        bend_upper: Negative second derivative with respect to the standardised upper bound.
+        bend_lower: Negative second derivative with respect to the standardised lower bound. The mixed second derivative
             is the product of both slopes.
     """
 

@@ -75,7 +75,9 @@ class CloudFits:
 def fit_censored(
     intensity: np.ndarray, demand: np.ndarray, collapsed: np.ndarray, weights: np.ndarray
 ) -> tuple[CloudFits, CensoredRegression]:
-    """Fit the regression by maximum likelihood; demands of collapsed samples are right-censored (Tobin 1958).
+    """Return regressions of ln(demand) by maximum likelihood; demands of collapsed samples are right-censored.
+
+    Source: Tobin (1958), "Estimation of relationships for limited dependent variables", Econometrica 26.
 
     Args:
         intensity: Intensity of each sample, shape [sample].
@@ -96,7 +98,7 @@ def fit_censored(
 def fit_with_collapse(
     intensity: np.ndarray, demand: np.ndarray, collapsed: np.ndarray, weights: np.ndarray
 ) -> tuple[CloudFits, int]:
-    """Fit the regression to samples without collapse by least squares, and the probability of collapse by probit.
+    """Return least-squares regressions of samples without collapse, with a probit of the probability of collapse.
 
     Source: Jalayer, Ebrahimian, Miano, Manfredi and Sezen (2017), "Analytical fragility assessment using unscaled
     ground motion records", Earthquake Engineering and Structural Dynamics 46(15); with a probit on ln(intensity)
@@ -115,7 +117,7 @@ def fit_with_collapse(
 def fit_collapse(
     intensity: np.ndarray, collapsed: np.ndarray, weights: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, int]:
-    """Fit the probability of collapse by probit on ln(intensity); arguments: see `fit_censored`.
+    """Return median and dispersion of the collapse intensity, fitted by probit; arguments: see `fit_censored`.
 
     Returns:
         Median intensity of collapse (infinite without collapses), shape [row]; its dispersion [1], shape [row]; the

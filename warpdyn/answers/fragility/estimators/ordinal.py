@@ -14,7 +14,7 @@ _LOG_SQRT_2PI = 0.5 * np.log(2.0 * np.pi)
 def fit_ordinal(
     levels: np.ndarray, exceeding: np.ndarray, total: np.ndarray, start: tuple[np.ndarray, np.ndarray] | None = None
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Fit lognormal curves with one common dispersion to all damage states, by maximum multinomial likelihood.
+    """Return medians and the common dispersion of lognormal curves, fitted by maximum multinomial likelihood.
 
     The likelihood is that of a cumulative probit with a common slope (McCullagh 1980, Journal of the Royal Statistical
     Society B 42). A damage state has no curve if no sample exceeds it or every sample does; two states that the same

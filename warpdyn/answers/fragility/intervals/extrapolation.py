@@ -27,7 +27,9 @@ REACH = 1.96  # number of standard errors: the 97.5 % quantile of a normal distr
 
 @dataclass(frozen=True, eq=False)
 class Marked:
-    """Fits of fragility curves with the position of each median; medians that the data do not determine are NaN.
+    """Fits of fragility curves, and whether each median is below, within or above the intensities that were run.
+
+    A median that the data do not determine is NaN (see the module's docstring).
 
     Args:
         left: The fits.
@@ -48,7 +50,7 @@ def mark(
     lowest: ArrayLike,
     highest: ArrayLike,
 ) -> Marked:
-    """Return fits that state whether a median is below, within or above the levels; undetermined ones become NaN.
+    """Return fits that state whether a median is below, within or above the levels; uncertain ones outside become NaN.
 
     Args:
         left: The fits to all samples, and the fits without each record and without each group of structures.

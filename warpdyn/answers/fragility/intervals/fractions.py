@@ -42,7 +42,7 @@ def fraction_intervals(counts: StripeCounts, confidence: float, *, over_structur
     does, each record counts as one sample.
 
     Args:
-        counts: Numbers of samples by record, structure group, stripe, place and damage state.
+        counts: Numbers of samples by record, structure group, stripe, place (storey or floor) and damage state.
         confidence: Probability that the intervals cover the true value [1].
         over_structures: Whether intervals include the variability among structures.
 

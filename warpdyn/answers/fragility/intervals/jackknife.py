@@ -110,7 +110,7 @@ class LeftOut:
 
     @cached_property
     def worst(self) -> LeftOut:
-        """The fits at the worst place (the last index of the places) only."""
+        """The fits at the worst storey or floor only (the last index of the places)."""
         at = (slice(None), slice(None), -1)
         parts = self.whole[:, -1], self.records[at], self.groups[at]
         return LeftOut(*parts, self.interaction[:, -1], self.binomial[:, -1], self.influences[at], self.strata)
@@ -129,10 +129,10 @@ class LeftOut:
 def leave_out(
     counts: StripeCounts, estimator: Estimator, *, over_structures: bool = True
 ) -> tuple[LeftOut, np.ndarray]:
-    """Fit curves to all samples, and to the samples without each record and without each group of structures.
+    """Return curves fitted to all samples, and to the samples without each record or group of structures.
 
     Args:
-        counts: Numbers of samples by record, structure group, stripe, place and damage state.
+        counts: Numbers of samples by record, structure group, stripe, place (storey or floor) and damage state.
         estimator: Method of fitting curves.
         over_structures: Whether groups of structures are left out, too.
 
@@ -173,7 +173,7 @@ def without_each(
     If there is only one record, the first array is empty.
 
     Args:
-        counts: Numbers of samples by record, structure group, stripe, place and damage state.
+        counts: Numbers of samples by record, structure group, stripe, place (storey or floor) and damage state.
         estimate: Function of numbers of exceeding samples, shape [part, place + 1, damage_state, im_level], and of
             numbers of samples, of a shape that broadcasts with it. It returns the estimates, shape [part, ...].
         shape: Shape [...] of the estimate.
@@ -226,7 +226,7 @@ def spread_of(
 def _jackknife(
     estimate: np.ndarray, left_out: np.ndarray, strata: np.ndarray | None = None
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Return bias correction, variance, deviations and degrees of freedom from estimates without each unit.
+    """Return bias correction, variance, deviations and degrees of freedom from estimates `left_out` without each group.
 
     The sum of the squared deviations is the variance. Corrections and variances of strata are added; a unit (record or
     group) is compared only with units of its stratum.

@@ -51,7 +51,7 @@ class Observations:
 
     @property
     def parts(self) -> int:
-        """Number of fits without records: the number of records, at most MOST_PARTS (then groups are left out)."""
+        """Number of fits that leave out records: the number of records or, above MOST_PARTS, of groups of records."""
         return min(self.records, MOST_PARTS)
 
     @cached_property
@@ -70,7 +70,7 @@ class Observations:
         return np.concatenate([whole, *without]).astype(np.float64)
 
     def split(self, values: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Split values [row, ...] of all fits: without omission; without each part of records; without each group."""
+        """Return the values [row, ...] of all fits in three arrays: all samples, without records, without groups."""
         last = 1 if self.records < 2 else 1 + self.parts
         return values[0], values[1:last], values[last:]
 

@@ -1,4 +1,4 @@
-"""Binomial likelihood of exceedance counts whose score is linear in the logarithm of the level, by probit or logit."""
+"""Binomial likelihood of exceedance counts by probit or logit: P(exceedance) = F(intercept + slope ln(level))."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ _LOG_SQRT_2PI = 0.5 * np.log(2.0 * np.pi)
 
 @dataclass(frozen=True, eq=False)
 class Link:
-    """Symmetric distribution of the standardised capacity, which converts a score to a probability (probit or logit).
+    """Symmetric distribution F of the standardised capacity: normal (probit) or logistic (logit).
 
     Args:
-        log_cumulative: Function that returns ln of the cumulative probability of a score.
-        log_density: Function that returns ln of the probability density.
-        slope: Function that returns the derivative of ln of the density.
+        log_cumulative: Function that returns ln of the cumulative probability F(z).
+        log_density: Function that returns ln of the probability density at z.
+        slope: Function that returns the derivative of ln of the density with respect to z.
         deviation: Standard deviation of the distribution.
     """
 
@@ -37,7 +37,7 @@ LOGIT = Link(log_expit, lambda z: log_expit(z) + log_expit(-z), lambda z: 1.0 - 
 def likelihood(
     link: Link, position: np.ndarray, parameters: np.ndarray, exceeding: np.ndarray, passing: np.ndarray
 ) -> Evaluation:
-    """Return log-likelihood, gradient and negative second derivatives for the score intercept + slope x position.
+    """Return log-likelihood, gradient and negative second derivatives, for P = F(intercept + slope x position).
 
     Args:
         link: Probit or logit.

@@ -15,7 +15,7 @@ _RIDGE = 1e-14  # added to a unit diagonal, so that rounding does not make a mat
 
 
 def maximise(evaluate: Callable[[np.ndarray, np.ndarray], Evaluation], start: np.ndarray) -> np.ndarray:
-    """Maximise concave functions, one per row, by Newton's method with step halving.
+    """Return the parameters that maximise concave functions, one per row, by Newton's method with step halving.
 
     Args:
         evaluate: Function of parameters, shape [row, parameter], and the indices of their rows. It returns the value,

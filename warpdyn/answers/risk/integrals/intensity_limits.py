@@ -73,7 +73,7 @@ class IntensityLimits:
         return float(hazard.weights @ parts)
 
     def with_step(self, levels: np.ndarray) -> np.ndarray:
-        """Return the intensities `levels`, with two added at the jump at noDamageLimit if they enclose this limit."""
+        """Return the intensities `levels`, with two points added at the jump at noDamageLimit if they enclose it."""
         if self.no_damage < self.minimum or not levels[0] <= self.no_damage < levels[-1]:
             return levels
         return np.union1d(levels, [self.no_damage, self.no_damage * ABOVE])

@@ -37,9 +37,9 @@ def checked_number(given: ArrayLike, population: Population) -> np.ndarray:
 def losses_of_units(
     block: Block, rows: Rows, states: Any, ratios: np.ndarray, kind: np.ndarray, value: np.ndarray, workers: Workers
 ) -> tuple[Block, Rows]:
-    """Return the loss of each unit of a block, as a block of units, and the assignment of the units to cells.
+    """Return the losses of the units (samples that count as one) of a block as a block, and their assignment to cells.
 
-    A unit is a sample or, with events, the worst sample of a structure in an event.
+    A unit is a sample or, if the statistic has events, the worst sample of a structure in an event.
 
     Args:
         block: The block of samples.
@@ -66,9 +66,9 @@ def losses_of_units(
 class NumberSums:
     """Sums of the buildings that the samples represent, by cell and damage state.
 
-    The sums are exact, so that they do not depend on the order of the samples. They are computed by the loss kernel:
-    the "loss" of a unit (a sample, or the worst sample of an event) is its number of buildings if it is in the damage
-    state, else 0.
+    The sums are exact, so that they do not depend on the order of the samples. The kernel that sums losses computes
+    them: the "loss" of a unit (a sample, or the worst sample of an event) is its number of buildings if it is in the
+    damage state, else 0.
 
     Args:
         cells: Cells of the statistic.

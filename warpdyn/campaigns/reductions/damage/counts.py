@@ -42,9 +42,9 @@ if TYPE_CHECKING:
 class DamageCounts(Statistic):
     """Number of samples in each damage state.
 
-    A sample is in the most severe state whose limit its demand exceeds at the worst place, in "none" if it exceeds no
-    limit, and in the most severe state of all if it collapsed. Pass the result to `fragility` or `damage_shares`
-    instead of a run.
+    A sample is in the most severe state whose limit its demand exceeds at the worst storey or floor, in "none" if it
+    exceeds no limit, and in the most severe state of all if it collapsed. Pass the result to `fragility` or
+    `damage_shares` instead of a run.
 
     Args:
         limits: Limits of the damage states [units of the demand], in the form that `fragility` uses; for a portfolio,
@@ -138,7 +138,7 @@ class Bounds:
 
     @cached_property
     def compared(self) -> list[np.ndarray]:
-        """For each demand, limits for the search; a state without a limit has the limit of the next heavier state."""
+        """Limits for each demand, one row per archetype; a state without a limit has that of the next heavier one."""
         found = []
         for rows in self.given:
             filled = np.where(np.isnan(rows), np.inf, rows)
@@ -161,7 +161,7 @@ class Bounds:
 
 
 def states_of(block: Block, bounds: Bounds, population: Population, workers: Workers, *, each_place: bool) -> Any:
-    """Return the damage state of each sample of a block that is ok, shape [place, sample].
+    """Return the damage state of each sample of a block that is ok, shape [storey or floor, sample].
 
     Places are storeys or floors, if `each_place`; the last place is the worst of all. The result is computed once for
     all statistics with the same limits.
@@ -180,7 +180,7 @@ def states_of(block: Block, bounds: Bounds, population: Population, workers: Wor
 
 
 class DamageReducer(Reducer):
-    """Reducer that counts samples by damage state and by cell (combination of places along the dimensions).
+    """Reducer that counts samples by damage state and by cell (combination of indices along the dimensions).
 
     Args:
         statistic: The statistic.

@@ -77,7 +77,7 @@ class DamageLoss(Statistic):
 
 
 class LossReducer(Reducer):
-    """Reducer that sums the losses of samples by cell (combination of places along the dimensions).
+    """Reducer that sums the losses of samples by cell (combination of indices along the dimensions).
 
     Args:
         statistic: The statistic.

@@ -1,4 +1,4 @@
-"""Checks of storey laws and devices, including laws that users write."""
+"""Checks of storey laws, dampers and stops, including those that users write."""
 
 from warpdyn.campaigns.running.certification.certify import certify
 

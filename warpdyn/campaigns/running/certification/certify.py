@@ -1,4 +1,4 @@
-"""`certify`: checks of a storey law or a device."""
+"""`certify`: checks of a storey law, damper or stop."""
 
 from __future__ import annotations
 
@@ -23,10 +23,13 @@ PATHS = 12  # number of random paths if each parameter has one value
 def certify(
     law: Law | Device, *, stiffness: float | None = None, drift: float | None = None, device: str | None = None
 ) -> Certificate:
-    """Check a storey law or a device: continuity, passivity, energy, steps, rates, number types and processors.
+    """Return a report of checks of a storey law, damper or stop: continuity, passivity, energy, convergence.
+
+    The other checks compare rates with the declared bounds, and forces in float32 and on a GPU with those in float64 on
+    the CPU.
 
     Args:
-        law: The law or device with its parameters; all values of each parameter are checked.
+        law: The storey law, damper or stop with its parameters; all values of each parameter are checked.
         stiffness: Storey stiffness [N/m]. None: the yield force divided by 0.01 m; 1e7 if there is no yield force.
         drift: Scale of the drift paths [m], such as the yield drift; the largest drift is 16 times as large. None: the
             first force among the parameters, divided by the stiffness; without a force, the largest length among them.
@@ -38,7 +41,7 @@ def certify(
         loops, energies and convergence. No error is raised if a check fails.
 
     Raises:
-        TypeError: If `law` is not an object of a law or device class.
+        TypeError: If `law` is not an object of the class of a law, damper or stop.
         ValueError: If its parameters contradict each other.
 
     Example:

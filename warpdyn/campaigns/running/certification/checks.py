@@ -1,4 +1,4 @@
-"""Checks of a storey law or device: along drift paths, in float32 and on a GPU, and in an oscillator."""
+"""Checks of a storey law, damper or stop: along drift paths, in float32 and on a GPU, and in an oscillator."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ Answers = Mapping[str, np.ndarray]
 
 
 class Checks:
-    """The list of checks of one law or device; some bounds are wider because the law declares an exception."""
+    """The list of checks of a storey law, damper or stop; some bounds are wider because it declares an exception."""
 
     def __init__(self, element: type[StoreyElement]) -> None:
         self.exceptions = {**EXCEPTIONS.get(element.name, {}), **checked_exceptions(element)}
@@ -116,7 +116,7 @@ def precision_checks(storeys: Storeys, checks: Checks, device: str | None = None
 
 
 def oscillator_checks(storeys: Storeys, checks: Checks) -> tuple[np.ndarray, np.ndarray]:
-    """Check an oscillator with the law of the first storey: energy balance, and convergence order of rk4.
+    """Check energy balance and convergence of rk4 for an oscillator with the first storey's law; return its errors.
 
     Returns:
         Integration steps [s], and the relative error of the displacement for each step [1].
@@ -189,7 +189,7 @@ def _ratio_of_jumps(jumps: list[np.ndarray], size: np.ndarray) -> float:
 
 
 def _oscillator(storeys: Storeys) -> tuple[np.ndarray, np.ndarray, float]:
-    """Integrate an oscillator with the first storey's law by rk4, for several steps and a reference step.
+    """Return the errors of rk4 for an oscillator with the first storey's law, against a much shorter step.
 
     Returns:
         Integration steps [s]; relative error of the displacement for each step [1]; error of the energy balance for the

@@ -67,7 +67,7 @@ EXCEPTIONS: dict[str, dict[str, tuple[float, str]]] = {
 
 
 def checked_exceptions(element: type[StoreyElement]) -> Mapping[str, tuple[float, str]]:
-    """Return the exceptions that the class of a law or device declares, after a check: bound and reason by check name.
+    """Return the checked exceptions that the class of a law, damper or stop declares: bound and reason by check name.
 
     Raises:
         ValueError: If the name of a check is unknown, a bound is not finite, or a reason is missing.

@@ -20,11 +20,11 @@ CHORD = 1e-5  # length over which slopes and jumps of the force are measured, as
 
 @dataclass(frozen=True, eq=False)
 class Storeys:
-    """Storeys that have the same law or device; each follows a different drift path.
+    """Storeys that have the same law, damper or stop; each follows a different drift path.
 
     Args:
-        element: Class of the law or device.
-        p: Parameters of the law or device, and "stiffness" [N/m], each of shape [1, storey].
+        element: Class of the law, damper or stop.
+        p: Parameters of the law, damper or stop, and "stiffness" [N/m], each of shape [1, storey].
         scale: Drift [m] at which the storey has yielded or the device is active, such as the yield drift.
     """
 
@@ -39,7 +39,7 @@ class Storeys:
 
     @property
     def rules(self) -> StoreyRules:
-        """The device functions of the law or device."""
+        """The device functions (functions in kernels) of the law, damper or stop."""
         return self.element.variant(self.p)
 
     @property
@@ -57,7 +57,7 @@ class Storeys:
         """Return random drifts [m] with reversals of all amplitudes, shape [step, storey]; the last drift is 0.
 
         Args:
-            steps: Number of steps between two reversals. It does not change the reversals themselves.
+            steps: Number of steps between two reversals. The number does not change the drifts at the reversals.
         """
         rng = np.random.default_rng(11)
         shape = (TURNS, self.count)

@@ -17,7 +17,7 @@ HEADS = ("check", "measured", "bound", "passed")
 
 @dataclass(frozen=True)
 class Check:
-    """One check of a storey law or device: a measured value and the bound that it must not exceed.
+    """One check of a storey law, damper or stop: a measured value and the bound that it must not exceed.
 
     Args:
         name: Property of the law that is checked, such as "passivity".
@@ -54,10 +54,10 @@ class Check:
 
 @dataclass(frozen=True, eq=False)
 class Certificate:
-    """Result of `wd.laws.certify`, the checks of a storey law or device.
+    """Result of `wd.laws.certify`, the checks of a storey law, damper or stop.
 
     Args:
-        law: The law or device as text.
+        law: The law, damper or stop as text.
         checks: The checks.
         drift: Drift along cycles of increasing amplitude [m], shape [step].
         force: Force along these cycles [N], shape [step].
@@ -78,7 +78,7 @@ class Certificate:
 
     @property
     def passed(self) -> bool:
-        """Whether all checks of the law or device passed."""
+        """Whether all checks of the law, damper or stop passed."""
         return all(check.passed for check in self.checks)
 
     def __str__(self) -> str:

@@ -44,7 +44,7 @@ class About:
 
 
 class OnCluster:
-    """The workers of a Dask cluster, which execute the tasks of a run.
+    """The workers of a Dask cluster, which integrate the regions of a run (ranges of structures).
 
     Args:
         client: Client of the cluster.

@@ -114,7 +114,7 @@ class Job:
 
 @dataclass(frozen=True, kw_only=True)
 class Layout:
-    """Properties of a group of structures that are known before its first region is integrated.
+    """Properties of a group of structures that are known before its first region (range of structures) is run.
 
     Args:
         template: Template of the group's dataset.
@@ -252,7 +252,7 @@ class Host:
 
     @contextmanager
     def collected(self) -> Iterator[list[str]]:
-        """Collect the warnings given within a `with` statement, each once, for the process that started the run."""
+        """Yield a list that collects the warnings within a `with` statement, for the process that started the run."""
         messages: list[str] = []
         with warnings.catch_warnings(record=True) if self.is_worker else nullcontext() as caught:
             if self.is_worker:

@@ -78,7 +78,7 @@ Order = tuple[Part, int, dict[str, Any]]
 
 
 class Here:
-    """This process as the only worker of a run; `OnCluster` has the same methods.
+    """The current process as the only worker of a run; the class `OnCluster` has the same methods.
 
     Args:
         execution: Devices, threads and memory.
@@ -114,7 +114,7 @@ class Here:
             advance: Called with the number of histories done since its last call.
 
         The preparation of a region begins while the previous region runs, so that a GPU does not wait for its first
-        block. If `memory` is limited, it begins after the previous region has finished.
+        block. If `memory` is limited, the preparation begins after the previous region has finished.
         """
         execution, begun = self.execution, list[Region]()
         jobs = [part.job for part in parts]

@@ -143,7 +143,7 @@ def frequencies_kernel(most: int, lanes: int) -> wp.Kernel:
 
 
 def launch_frequencies(mass: wp.array, stiffness: wp.array, frequency: wp.array, device: str) -> None:
-    """Queue the kernel on the present stream of a device, with one chain per thread.
+    """Queue the kernel for natural frequencies on the present stream of a device, with one chain per thread.
 
     Args:
         mass: Floor masses [kg], shape [storey, structure].

@@ -49,7 +49,7 @@ def facts_of(part: Any, skeleton: str) -> dict[str, Body]:
 
 
 def names_in_function(function: Callable, flags: Mapping[str, bool]) -> Body:
-    """Return the names in a function, without names in branches that never run with these values of conditions."""
+    """Return the names in a function, without names in branches that never run; `flags` is {condition: its value}."""
     text = source_of(function)
     definition = parsed(text)
     body = Body({}, {}, {}, {}, {}, {}, {})
@@ -129,7 +129,7 @@ def names_in_function(function: Callable, flags: Mapping[str, bool]) -> Body:
 
 
 def live_nodes(node: ast.AST, flags: Mapping[str, bool]) -> Iterator[ast.AST]:
-    """Yield a node of a syntax tree and all nodes inside it, except in branches that never run with these flags.
+    """Yield a node of a syntax tree and all nodes inside it, except in branches that never run.
 
     The dictionary `flags` contains the values of conditions in the source of a kernel: {name: value}.
     """

@@ -89,7 +89,7 @@ def refuse_unknown(name: str, wanted: Iterable[Any], known: Mapping[str, Any]) -
 
 @functools.cache
 def _check_alone(part: Any, home: Any, parts: tuple[Any, ...], table: frozenset[tuple[str, Slot]]) -> None:
-    """Check one part without the other parts: its functions must fill known slots and use only variables allowed there.
+    """Check one part of a kernel alone: its functions must fill known slots and use only variables allowed there.
 
     Args:
         part: The part.
@@ -260,7 +260,7 @@ def _listed(names: Sequence[str]) -> str:
 
 
 def _own_variables(part: Any, slots: Mapping[str, Slot]) -> set[str]:
-    """Return the variables that a part declares, and those that exist only in slots inside its own functions."""
+    """Return the variables that a kernel part declares, and those that exist only in slots inside its own functions."""
     facts = facts_of(part, "")
     inside = {inner for body in facts.values() for inner in body.slots}
     named = {inner: set(slot.reads + slot.writes) for inner, slot in slots.items()}
@@ -270,7 +270,7 @@ def _own_variables(part: Any, slots: Mapping[str, Slot]) -> set[str]:
 
 
 def _borrowed(part: Any, parts: Sequence[Any]) -> set[str]:
-    """Return the variables of other parts that a part may change, because its attribute BORROWS names them."""
+    """Return the variables of other parts that a kernel part may change, because its attribute BORROWS names them."""
     borrows: Mapping[str, Sequence[str]] = getattr(part, "BORROWS", {})
     by_name = {name_of(each): each for each in parts}
     for other, names in borrows.items():

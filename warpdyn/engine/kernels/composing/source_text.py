@@ -64,12 +64,12 @@ def slots_of(function: Callable) -> set[str]:
 
 
 def name_of(part: Any) -> str:
-    """Return the name of a part or skeleton: the last component of its module's name, or the name of its class."""
+    """Return the name of a kernel part or skeleton: the last component of its module's name, or its class name."""
     return getattr(part, "part_name", None) or part.__name__.rpartition(".")[2]
 
 
 def place_of(part: Any, name: str) -> str:
-    """Return a text for messages: the name of a part, and the file and line in which its variable `name` is set."""
+    """Return a text for messages: the name of a kernel part, and the file and line that set its variable `name`."""
     lines, first = inspect.getsourcelines(part)
     pattern = re.compile(rf"\s*{name}\b.*=")
     line = next((at for at, text in enumerate(lines, max(first, 1)) if pattern.match(text)), max(first, 1))
@@ -77,7 +77,7 @@ def place_of(part: Any, name: str) -> str:
 
 
 def namespace_of(part: Any) -> Mapping[str, Any]:
-    """Return the global names and their values that the functions of a part can read."""
+    """Return the global names and their values that the functions of a kernel part can read."""
     if isinstance(part, ModuleType):
         return vars(part)
     return next((function.__globals__ for function in bodies_of(part).values()), {})
@@ -118,7 +118,7 @@ def spliced(text: str, parts: Sequence[Any], written: Pairs = ()) -> str:
 
 
 def folded(text: str, known: Mapping[str, Any]) -> str:
-    """Return a source text without branches that never run with the known values, and without empty loops.
+    """Return a source text without empty loops, and without branches that never run; `known` is {condition: its value}.
 
     A `while` whose condition is known to be true runs once: its body replaces it.
     """
@@ -262,7 +262,7 @@ class _Rewriter:
         self.function = ast.parse(text).body[0]
 
     def text(self) -> str:
-        """Return the source text of the function without these branches and variables."""
+        """Return the source text of the function without branches that never run and variables that are never read."""
         first = _header_end(self.lines, self.function.lineno)
         body = [line for line in self._block(self.function.body, first, 0)]
         kept = [line for at, line in enumerate(body) if line or (at and body[at - 1] and at < len(body) - 1)]

@@ -1,7 +1,7 @@
 """Stability of the memory of rate laws, whose memory follows a differential equation.
 
-If a step is too long, deviations of the memory from its steady value grow. This part estimates the growth, and sets the
-status unstable_step if it exceeds LARGEST_DEVIATION.
+If a step is too long, deviations of the memory from its steady value grow. This kernel part estimates the growth, and
+sets the status unstable_step if it exceeds LARGEST_DEVIATION.
 """
 
 from warpdyn.engine.laws.rate_law import LARGEST_DEVIATION, deviation_after

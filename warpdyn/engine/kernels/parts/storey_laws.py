@@ -85,7 +85,7 @@ def accepted_memory():
 
 
 def reached_drift():
-    """Set `reached_drift` of every lane to the accepted drift; with `u=us`, to the drift of a stage's state."""
+    """Set `reached_drift` of all lanes (samples) to the accepted drift; if `u` is `us`, to that of a stage's state."""
     if EXPLICIT_LUMPED:
         reached_drift[j] = deformation[i, j]
     elif KEEPS_DRIFTS:

@@ -183,7 +183,7 @@ class StructurePreparation:
         return [wp.array(np.ascontiguousarray(values), dtype=dtype, device=device) for values, dtype in arrays]
 
     def _levels(self) -> list[dict[int, Request]]:
-        """Return the requests of each level as {index of the request: request}.
+        """Return the requests by level, a list with one {index of the request: request} per level.
 
         A request is a quantity that a separate kernel computes. Requests of a level need only results of lower levels.
         """

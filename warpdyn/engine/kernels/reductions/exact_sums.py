@@ -85,7 +85,7 @@ class ExactSums:
 
     @classmethod
     def of_nothing(cls, cells: int) -> ExactSums:
-        """Return sums without terms for `cells` cells; their largest value is -infinity."""
+        """Return sums without terms for `cells` cells (sets of samples); their largest value is -infinity."""
         return cls(np.zeros((cells, 2, 1 + PIECES), dtype=np.int64), np.full(cells, -np.inf))
 
     @property

@@ -1,1 +1,1 @@
-"""Skeletons of kernels: functions with the time loop, in which slots mark the places for statements of parts."""
+"""Skeletons of kernels: functions with the time loop, in which slots mark the lines for statements of kernel parts."""

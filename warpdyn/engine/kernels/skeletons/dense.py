@@ -1,7 +1,11 @@
 """The time loop of kernels for linear systems with full mass, damping and stiffness matrices and explicit methods.
 
-The host multiplies the equation of motion by M^-1: u'' = load - (M^-1 K) u - (M^-1 C) u'. Therefore the variable `net`
-is an acceleration. This function is a skeleton: `compose` replaces its `slot(...)` statements by statements of parts.
+The host multiplies the equation of motion by M^-1: u'' = M^-1 p - (M^-1 K) u - (M^-1 C) u'. p contains the nodal forces
+of the load. The variable `net`, which is a force in kernels of shear chains, is therefore an acceleration in this
+kernel.
+
+The function in this module that contains the time loop is a skeleton: `compose` replaces each of its `slot(...)`
+statements by the statements of the chosen parts of the kernel, such as the method, the load and the recorders.
 """
 
 from __future__ import annotations

@@ -2,8 +2,9 @@
 
 A stage visits the storeys from the top down, so that the force of the storey above is known, and updates the state in
 place. A lane is one of the samples that a thread integrates at once. On a CPU the loops over lanes are innermost and
-not unrolled, so that LLVM vectorises them. This function is a skeleton: `compose` replaces its `slot(...)` statements
-by statements of parts.
+not unrolled, so that LLVM vectorises them. The function in this module that contains the time loop is a skeleton:
+`compose` replaces each of its `slot(...)` statements by the statements of the chosen parts of the kernel, such as the
+method, the load and the recorders.
 """
 
 from __future__ import annotations

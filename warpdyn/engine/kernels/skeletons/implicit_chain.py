@@ -4,8 +4,9 @@ The unknowns of the system are the accelerations at the end of the step (with Wi
 matrix has the form of a chain with a mass term per floor (including dampers to the ground) and a storey term s = (1 -
 force_lag) (gamma theta h c + beta (theta h)^2 k). A loop from the top down computes the residual and eliminates; a loop
 upwards substitutes. The pivot of a floor is the term of the storey below plus a positive term of the floors above, so
-that no digits cancel. A negative stiffness (P-Delta, loss of strength) reduces the mass term only a little. This
-function is a skeleton: `compose` replaces its `slot(...)` statements by statements of parts.
+that no digits cancel. A negative stiffness (P-Delta, loss of strength) reduces the mass term only a little. The
+function in this module that contains the time loop is a skeleton: `compose` replaces each of its `slot(...)` statements
+by the statements of the chosen parts of the kernel, such as the method, the load and the recorders.
 """
 
 from __future__ import annotations

@@ -3,8 +3,9 @@
 The state is in coordinates of the undamped modes. A step adds an increment to the state; the increment is a matrix
 (propagator) times the state and the load (propagators.py). Increments are accurate in float32; a product with a matrix
 near the identity would not be. Recorders see a state at the start of the next step; after the last step, an additional
-step of length zero shows them the last state. This function is a skeleton: `compose` replaces its `slot(...)`
-statements by statements of parts.
+step of length zero shows them the last state. The function in this module that contains the time loop is a skeleton:
+`compose` replaces each of its `slot(...)` statements by the statements of the chosen parts of the kernel, such as the
+load and the recorders.
 """
 
 from __future__ import annotations

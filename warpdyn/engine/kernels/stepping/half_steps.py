@@ -1,9 +1,10 @@
 """Multistep methods: one evaluation of the forces per step; the unknowns are storey drifts and their changes per step.
 
 The acceleration of a drift is the difference of the accelerations of two floors, so that nothing is summed up over the
-storeys. Mass-proportional damping acts on the mean of the changes before and after a state. This needs no additional
-evaluation: w1 (1 + a0 h / 2) = w (1 - a0 h / 2) + A, where w and w1 are the changes of the drift before and after the
-state, a0 is the mass factor of the damping, h the step, and A the change by the other accelerations.
+storeys. Mass-proportional damping acts on the mean of the changes before and after a state. Therefore damping needs no
+additional evaluation of forces: w1 (1 + a0 h / 2) = w (1 - a0 h / 2) + A, where w and w1 are the changes of the drift
+before and after the state, a0 is the mass factor of the damping, h the step, and A the change by the other
+accelerations.
 
 The first step needs the changes of the drifts in the steps before the start. They are computed for a motion with the
 initial velocity, the acceleration that the first step finds, and the rate of the acceleration that the second step

@@ -9,9 +9,9 @@ deltaEta e,
     h = 1 - zeta1 exp(-((z sign v - q zu) / zeta2)^2),    zu = (A / (nu (beta + gamma)))^(1/n),
     zeta1 = zetas (1 - exp(-p e)),    zeta2 = (psi + deltaPsi e) (lambda + zeta1)    (Foliente 1995).
 
-OpenSees has the degradation in BoucWen and the pinching in BWBN. There z is a deformation, dy times the z here, Ao is
-1, and energies are in J. Its gamma and beta are the values here times dy^-n; deltaA, deltaNu, deltaEta and p are
-divided by Fy dy; Shi is multiplied by dy, and deltaShi divided by Fy.
+OpenSees has the degradation in BoucWen and the pinching in BWBN. In OpenSees z is a deformation, dy times the z of
+warpdyn, Ao is 1, and energies are in J. Its gamma and beta are the values of warpdyn times dy^-n; deltaA, deltaNu,
+deltaEta and p are divided by Fy dy; Shi is multiplied by dy, and deltaShi divided by Fy.
 
 Intended differences from OpenSees:
 

@@ -1,1 +1,1 @@
-"""Devices that act in parallel with the law of a storey: friction dampers, viscous dampers and stops."""
+"""Dampers and stops (class `Device`), which act in parallel with the law of a storey."""

@@ -1,6 +1,6 @@
-"""Devices that act in parallel with the law of a storey: dampers and stops.
+"""Parameters of dampers and stops (class `Device`), which act in parallel with the law of a storey.
 
-In storeys without a device, the strength of the device (force, stiffness or coefficient) is 0.
+In storeys without a damper or stop, its strength (force, stiffness or coefficient) is 0.
 """
 
 from __future__ import annotations

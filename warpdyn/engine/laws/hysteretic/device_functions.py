@@ -3,7 +3,8 @@
 The law has a trilinear backbone, pinching, damage by ductility and energy, and an unloading stiffness that decreases.
 Drifts and forces are divided by the yield drift and yield force of the positive side. Their signs are changed if the
 storey moves in the negative direction, so that one set of rules serves both directions ("ahead" is the direction of
-movement). If a line can be followed in one direction only, its other end is the drift of the last step.
+movement). A line of the loop has two ends; if the storey
+leaves it when it turns back, its end behind the storey is the drift of the last step.
 """
 
 import enum
@@ -48,7 +49,7 @@ MEMORY = wp.constant(len(M))
 
 @wp.func
 def hysteretic_backbone(x: Any, c: Any):
-    """Return the force of the backbone at a drift x, and the slope of the backbone just before x.
+    """Return the force of the backbone at a drift x >= 0, and its slope on the side of x nearer to zero drift.
 
     Drifts are divided by the yield drift, forces by the yield force, slopes by the initial stiffness.
     """
@@ -67,7 +68,7 @@ def hysteretic_backbone(x: Any, c: Any):
 
 @wp.func
 def hysteretic_backbone_of_side(x: Any, is_positive: bool, c: Any):
-    """Return the force of the backbone of one side (positive or negative) at a drift x, and its slope just before x.
+    """Return the force of the backbone of one side at a drift x, and its slope on the side of x nearer to zero drift.
 
     The backbones of the two sides differ. Drifts, forces and slopes are divided by yield drift, yield force and initial
     stiffness of the positive side.
@@ -99,9 +100,10 @@ def _step_function(name: str, ASYMMETRIC: bool) -> wp.Function:
     backbone = device_functions(name, backbone)["backbone"]
 
     def behind_yield(is_up: bool, c: Any):
-        """Return two drifts of the side from which the storey moves away.
+        """Return the yield drift, and the drift at the end of the second segment, of the side that the storey leaves.
 
-        The first drift is the yield drift of this side; beyond the second drift, its backbone is on the third segment.
+        A step in the positive direction leaves the negative side. Drifts are divided by the yield drift of the positive
+        side.
         """
         if ASYMMETRIC:
             yields = wp.where(is_up, c[C.YIELD_DRIFT_NEGATIVE], type(c[0])(1.0))
@@ -217,8 +219,8 @@ def _step_function(name: str, ASYMMETRIC: bool) -> wp.Function:
 def _hysteretic(name: str, SOFTENS: bool, ASYMMETRIC: bool) -> Spring:
     """Return the device functions of a variant of the law.
 
-    SOFTENS: with an unloading exponent, which needs two powers per force. ASYMMETRIC: with different backbones on both
-    sides.
+    SOFTENS is True if the law has an unloading exponent, which needs two powers per force. ASYMMETRIC is True if the
+    backbones of the two sides differ.
     """
     hysteretic_step = _step_function(name, ASYMMETRIC)
 

@@ -121,7 +121,7 @@ def _rows(kind: str, count: int) -> dict[str, tuple[str, ...]]:
 
 
 def row_of(law: type[Law], powers: bool, asymmetric: bool) -> tuple[tuple[str, ...], int, int | None]:
-    """Return the names of a variant's coefficients, and the indices of two of them.
+    """Return the names of a variant's coefficients, and the indices of the exponent and of the first negative-side one.
 
     The two indices are those of the exponent of deterioration and of the first coefficient of the negative side (None
     if the sides are equal).

@@ -76,8 +76,8 @@ def kept(value: Any):
 def _law(name: str, PINCHES: bool, POWERS: bool, ASYMMETRIC: bool = False) -> Spring:
     """Return the device functions of a variant of the law.
 
-    PINCHES is True with pinching, POWERS is False if the exponent of deterioration is 1, and ASYMMETRIC is True if the
-    backbones of the two sides differ.
+    PINCHES is True if the law pinches, POWERS is False if the exponent of deterioration is 1, and ASYMMETRIC is True if
+    the backbones of the two sides differ.
     """
     deterioration, after_turning = energy_rules(POWERS)
     law = IbarraMedinaKrawinklerPinching if PINCHES else IbarraMedinaKrawinklerPeakOriented

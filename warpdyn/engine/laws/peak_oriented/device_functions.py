@@ -70,7 +70,7 @@ def _peak_oriented(name: str, law: type[PeakOriented]) -> Spring:
     IS_TAKEDA = law is Takeda
 
     def unloading(side: Any, other: Any, c: Any):
-        """Return the unloading slope of a side.
+        """Return the unloading slope of a side (positive or negative drifts), from the peak drifts of both sides.
 
         The arguments are the peak drifts of this side and of the other side, minus the cracking drift.
         """

@@ -18,7 +18,7 @@ FAR = wp.constant(wp.float64(1e16))
 
 @wp.func
 def pinching4_backbone(x: Any, c: Any):
-    """Return the force of the backbone at a drift x, the slope just before x, and the drift at which the segment ends.
+    """Return the force of the backbone at a drift x >= 0, its slope nearer to zero, and the drift at the segment's end.
 
     Drifts are in yield drifts and forces in yield forces; a segment is the line from one corner to the next.
     """

@@ -107,7 +107,7 @@ class Negative(Layout):
 class Coefficient(Layout):
     """Coefficients of the device functions, in units of yield drift and yield force of the positive side.
 
-    Storeys without damage need only the first twelve.
+    Storeys without damage need only the first twelve coefficients.
     """
 
     INVERSE_YIELD_DRIFT = enum.auto()
@@ -365,9 +365,9 @@ def _side_problem(p: Values) -> str | None:
 def _unloading_problem(p: Values) -> str | None:
     """Return a sentence about an unloading force that is so low that cycles would generate energy, or None.
 
-    Consider a cycle between -x and x, in yield drifts, with the backbone force f at x. If it reloads with the unloading
-    stiffness, it dissipates 2 (u + r f) (x - f); u is the force at which unloading ends and r the ratio of the
-    reloading force to f. Cycles that reload more softly dissipate more.
+    Consider a cycle between -x and x, in yield drifts, with the backbone force f at x. If the storey reloads with the
+    unloading stiffness, it dissipates 2 (u + r f) (x - f); u is the force at which unloading ends and r the ratio of
+    the reloading force to f. Cycles that reload more softly dissipate more.
     """
     _, (first, second, third, fourth) = corners(p, 4)
     ratio = np.ones_like(first)

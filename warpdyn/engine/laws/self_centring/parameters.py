@@ -6,16 +6,16 @@ where the force is (1 - flag_height) times the yield force, plus the hardening f
 force is 0 at zero drift.
 
 Two limits are optional. Beyond `bearing_drift`, the gap stops opening and a bearing adds its stiffness. Beyond
-`slip_drift`, the whole device slips at a constant force, which leaves a residual drift; the bearing still acts at
+`slip_drift`, the whole assembly slips at a constant force, which leaves a residual drift; the bearing still acts at
 `bearing_drift`, measured from the original position.
 
 Differences from OpenSees:
 
 - OpenSees' SelfCentering stores the branch of the last step, so its force jumps by up to (k1 - k2) du, where du is the
-  step, if the storey leaves the point at which the gap closed. Here the force does not depend on the step. FlagShape
-  has no such jump; its beta is half the flag height for the same loop.
+  step, if the storey leaves the point at which the gap closed. In warpdyn the force does not depend on the step.
+  FlagShape has no such jump; its beta is half the flag height for the same loop.
 - If a storey reaches the bearing drift while it reloads inside the flag, OpenSees' force jumps to the bearing line.
-  Here the bearing adds its stiffness to the force that the storey has.
+  In warpdyn the bearing adds its stiffness to the force that the storey has.
 """
 
 from __future__ import annotations

@@ -19,7 +19,7 @@ IDENTITIES: WeakKeyDictionary[type, str] = WeakKeyDictionary()  # includes class
 
 @dataclass(frozen=True)
 class SentClass:
-    """A pickled class of a user's law or device.
+    """A pickled class of a user's storey law, damper or stop.
 
     Args:
         identity: Text that no other class has.
@@ -31,7 +31,7 @@ class SentClass:
 
 
 def sent(cls: Kind) -> Kind | SentClass:
-    """Return an object to pickle instead of a class of a law or device.
+    """Return an object to pickle instead of the class of a storey law, damper or stop.
 
     A class of warpdyn is returned unchanged, because it is pickled by its name.
     """
@@ -60,5 +60,5 @@ def received(kind: Kind | SentClass) -> Kind:
 
 
 def received_element(kind: type[Any] | SentClass, values: dict[str, Any]) -> Any:
-    """Return a law or device with these parameter values; `kind` is its class, as `sent` returned it."""
+    """Return a law, damper or stop with these parameter values; `kind` is its class, as `sent` returned it."""
     return received(kind)(**values)

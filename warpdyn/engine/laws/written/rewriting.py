@@ -33,7 +33,7 @@ AFTER = "memory_after_step"
 def written(
     functions: Mapping[str, Captured], memory: tuple[str, ...], available: tuple[str, ...], hidden: str
 ) -> Written:
-    """Check the device functions of a law, and rewrite them for Warp.
+    """Check the device functions of a law, and return them as rewritten for Warp.
 
     Args:
         functions: The functions in the class body: {name: function}.

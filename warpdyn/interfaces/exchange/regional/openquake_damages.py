@@ -36,7 +36,7 @@ def write_openquake_damages(
 
     Args:
         results: Result of `building_results`. The column `structure_type` is written as the taxonomy, because
-            `read_openquake` reads the taxonomy into it. Without this column, the archetype is written.
+            `read_openquake` reads the taxonomy into it. If the table lacks this column, the archetype is written.
         path: Path of the file that is written; its name ends in ".csv".
         loss_type: Loss type in the names of the columns: "structural", "nonstructural", "contents" or
             "business_interruption".

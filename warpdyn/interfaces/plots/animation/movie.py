@@ -29,7 +29,7 @@ class Movie(FuncAnimation):
         """Write the animation to a file under a temporary name, and rename the file when it is complete.
 
         Args:
-            filename: Path of the file; without `writer` its name must end in ".gif", ".webp" or ".mp4".
+            filename: Path of the file; if `writer` is None, its name must end in ".gif", ".webp" or ".mp4".
             writer: Writer of matplotlib; None: Pillow for GIF and WebP, ffmpeg for MP4.
             given, how: Further arguments of `matplotlib.animation.Animation.save`, such as dpi=80.
 

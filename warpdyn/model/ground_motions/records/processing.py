@@ -49,8 +49,8 @@ def band_pass(motion: GroundMotion, lowest: float, highest: float, order: int = 
     """Return a motion after a Butterworth band-pass filter, applied forward and backward, without phase shift.
 
     Zeros are added before the start and after the end, for `1.5 * order / lowest` seconds each (padding). The result
-    includes the padding, because the filtered motion extends into it. Without this part, the ground motion would start
-    with a jump, and the ground would not come to rest. `trim` shortens the result and leaves the ground at rest.
+    includes the padding, because the filtered motion extends into it. Without the padding, the ground motion would
+    start with a jump, and the ground would not come to rest. `trim` shortens the result and leaves the ground at rest.
 
     Source: Boore and Bommer (2005), "Processing of strong-motion accelerograms: needs, options and consequences"; on
     the padding, Boore (2005), "On pads and filters: processing strong-motion data", BSSA 95(2).

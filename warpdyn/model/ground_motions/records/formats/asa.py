@@ -88,7 +88,8 @@ def read_asa(path: str | PathLike) -> list[GroundMotion]:
 
 
 def _of_channel(header: Header, name: str, i: int, *, is_needed: bool = True) -> tuple[str, str]:
-    """Return the value of channel i in header lines such as "/0.005/0.005/0.005", and its place for messages.
+    """Return the value of channel i in header lines such as "/0.005/0.005/0.005", and its place (path and line) for
+    messages.
 
     The values of 12 channels need two lines. If the value is missing and `is_needed` is False, both texts are "".
     """

@@ -202,7 +202,7 @@ def _pairs_of_values(record: RecordText, head: list[str], first: int, data: int)
 def _found(
     pattern: re.Pattern[str], head: list[str], record: RecordText, first: int
 ) -> tuple[re.Match[str], str] | None:
-    """Return the first match of a pattern in the text header and its place for messages; None if there is no match."""
+    """Return the first match of a pattern in the text header and its place (path and line); None without a match."""
     places = ((pattern.search(line), record.place(first + i)) for i, line in enumerate(head))
     return next(((match, place) for match, place in places if match), None)
 

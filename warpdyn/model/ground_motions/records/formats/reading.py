@@ -102,7 +102,7 @@ class FileOfMotions:
         return len(self.motions) == 1 and (self.is_typed or not self.motions[0].component)
 
     def named(self, record: str, component: str) -> GroundMotion:
-        """Return the only motion of the file with `component`, and with `record` or the record in the header."""
+        """Return the only motion of the file, named by `component`, and by `record` or the record in the header."""
         (motion,) = self.motions
         order = (record, motion.record) if self.is_typed else (motion.record, record)
         return replace(motion, record=order[0] or order[1], component=component)

@@ -69,7 +69,7 @@ class Header(dict[str, tuple[str, str]]):
         )
 
     def starting(self, name: str) -> tuple[str, str]:
-        """Return the value and the place of the first header line whose name starts with `name`."""
+        """Return the value and the place (path and line) of the first header line whose name starts with `name`."""
         return self[next((key for key in self if key.startswith(name)), name)]
 
 

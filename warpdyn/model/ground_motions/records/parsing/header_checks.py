@@ -158,7 +158,7 @@ def stated_count(text: str, place: str) -> int:
 
 
 def stated_step(text: str, place: str, *, is_rate: bool = False) -> float:
-    """Return the step [s] that a header states; with `is_rate`, the header states the sampling rate [Hz] instead."""
+    """Return the step [s] that a header states; if `is_rate` is True, the header states the sampling rate [Hz]."""
     found = number(text.strip(), place)
     if found <= 0:
         raise damaged(f"{place}: the {'sampling rate' if is_rate else 'step'} must be above 0, got {text.strip()!r}")
