@@ -120,7 +120,7 @@ def pack_samples(
 
 
 def first_recorded_step(record_from: float, step: np.ndarray, steps: np.ndarray) -> np.ndarray:
-    """Return the index of the first step whose peaks are recorded, shape [sample], float64; at most that of the last step.
+    """Return the index of the first step whose peaks are recorded, shape [sample]; at most that of the last step.
 
     Args:
         record_from: Time from which peaks are recorded [s].

@@ -3,8 +3,8 @@
 The law has a trilinear backbone, pinching, damage by ductility and energy, and an unloading stiffness that decreases.
 Drifts and forces are divided by the yield drift and yield force of the positive side. Their signs are changed if the
 storey moves in the negative direction, so that one set of rules serves both directions ("ahead" is the direction of
-movement). A line of the loop has two ends; if the storey
-leaves it when it turns back, its end behind the storey is the drift of the last step.
+movement). A line of the loop has two ends; if the storey leaves it when it turns back, its end behind the storey is the
+drift of the last step.
 """
 
 import enum
