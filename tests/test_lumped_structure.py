@@ -172,3 +172,78 @@ def test_collapse_is_that_of_a_shear_building():
     np.testing.assert_array_equal(other["spring_of_collapse"], np.where(storey > 0, storey - 1, -1))
     np.testing.assert_allclose(other["peak_spring_deformation"], one["peak_storey_drift"], rtol=1e-9)
     np.testing.assert_allclose(other["peak_acceleration"], one["peak_floor_acceleration"], rtol=1e-9)
+
+
+@pytest.mark.parametrize("law", ["bilinear", "bouc_wen", "peak_oriented"])
+def test_an_event_begins_with_the_state_after_the_last_one(law):
+    chain, lumped = chain_and_lumped(law, **LAWS[law])
+    events = {"first": pulse(5.0, 0.6, 0.3, 4.0), "second": pulse(-6.0, 0.7, 0.3, 4.0)}
+    settings = {"dtype": "float64", "device": "cpu", "method": "rk4"}
+    sequence = wd.EventSequence(events)
+    one = wd.simulate(wd.Scene(chain, sequence, recorders=("drift",), tail=1.0), **settings)
+    other = wd.simulate(wd.Scene(lumped, sequence, recorders=("spring",), tail=1.0), **settings)
+    assert one["peak_storey_drift"].dims == ("sample", "event", "storey")
+    np.testing.assert_allclose(other["peak_spring_deformation"], one["peak_storey_drift"], rtol=1e-10)
+
+
+LOADS = {
+    "harmonic": wd.HarmonicForce([1e5, 0.0, 2e5], 9.0, 4.0),
+    "forces": wd.ForceHistory(1e5 * np.sin(np.outer(0.01 * np.arange(300), [7.0, 8.0, 9.0])), 0.01),
+    "free vibration": wd.FreeVibration(3.0, displacement=[0.01, 0.03, 0.04], velocity=[0.1, 0.0, 0.0]),
+    "noise": wd.FilteredNoise(wd.KanaiTajimi(0.01, 15.0, 0.6), 5.0, 0.01),
+}
+
+
+@pytest.mark.meant_as_given("initial_drift_ratio", "drift_ratio_of_force")
+@pytest.mark.parametrize("load", LOADS.values(), ids=list(LOADS))
+@pytest.mark.parametrize("law", ["bilinear", "bouc_wen"])
+def test_other_loads_act_as_on_a_shear_building(law, load):
+    chain, lumped = chain_and_lumped(law, **LAWS[law])
+    settings = {"step": 0.002, "dtype": "float64", "device": "cpu", "method": "rk4", "seed": 5}
+    one = wd.simulate(wd.Scene(chain, load, recorders=("drift",)), **settings)
+    other = wd.simulate(wd.Scene(lumped, load, recorders=("spring",)), **settings)
+    np.testing.assert_allclose(other["peak_spring_deformation"], one["peak_storey_drift"], rtol=1e-10)
+
+
+def test_peaks_from_a_later_time_on_are_those_of_a_shear_building():
+    chain, lumped = chain_and_lumped("bilinear", **LAWS["bilinear"])
+    settings = {"step": 0.005, "dtype": "float64", "device": "cpu", "method": "rk4"}
+    motion = pulse(5.0, 0.6, 0.3, 6.0)
+    one = wd.simulate(wd.Scene(chain, motion, recorders=("drift", "acceleration"), record_from=3.0), **settings)
+    recorders = ("spring", "acceleration", "displacement")
+    other = wd.simulate(wd.Scene(lumped, motion, recorders=recorders, record_from=3.0), **settings)
+    np.testing.assert_allclose(other["peak_spring_deformation"], one["peak_storey_drift"], rtol=1e-10)
+    np.testing.assert_allclose(other["peak_acceleration"], one["peak_floor_acceleration"], rtol=1e-10)
+    assert (other["time_of_peak_displacement"] >= 3.0).all()
+
+
+@pytest.mark.meant_as_given("scale_factor", "first_period")
+def test_a_state_that_is_not_finite_is_diverged_and_an_unstable_step_is_divided():
+    lumped = wd.LumpedStructure(
+        {"x": 1.0}, [wd.Spring("s", {"x": 1.0}, stiffness=1e4)], damping="modal", damping_ratio=0.05
+    )
+    motion = pulse(1.0, 0.6, 0.3, 4.0)
+    scene = wd.Scene(lumped, motion, recorders=("spring",))
+    with pytest.warns(UserWarning, match="beyond the stability limit"):
+        divided = wd.simulate(scene, step=0.05, dtype="float64", device="cpu", resample=True)
+    assert divided["status"].item() == 0
+    assert divided["integration_step"].item() < 0.0283  # 2.83 / w of rk4
+    with pytest.warns(UserWarning, match="unstable_step"):
+        flagged = wd.simulate(scene, step=0.05, dtype="float64", device="cpu", resample=True, on_unstable="flag")
+    assert flagged["status"].item() == 3
+    strong = wd.Scene(lumped, wd.OneMotionPerStructure([pulse(9.0, 0.6, 0.3, 4.0)], [0], 1e38), recorders=("spring",))
+    with pytest.warns(UserWarning, match="diverged"):
+        run = wd.simulate(strong, dtype="float32", device="cpu")
+    assert run["status"].item() == 2
+    assert np.isnan(run["peak_spring_deformation"]).all()
+
+
+def test_samples_do_not_depend_on_the_samples_of_their_thread():
+    case = CASES[1]()
+    motions = [wd.PairOfMotions(pulse(a, 0.9, 0.6), pulse(a, 0.6, 0.5)) for a in np.linspace(1.0, 9.0, 21)]
+    settings = {"step": 0.005, "device": "cpu"}
+    run = wd.simulate(wd.Scene(case.structure, wd.Cloud(motions), recorders=("spring",), tail=0.0), **settings)
+    for number in (0, 7, 20):
+        one = wd.simulate(wd.Scene(case.structure, motions[number], recorders=("spring",), tail=0.0), **settings)
+        for name in ("peak_spring_deformation", "peak_spring_force"):
+            np.testing.assert_array_equal(run[name][number], one[name][0])

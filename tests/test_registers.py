@@ -7,6 +7,8 @@ import warp as wp
 from cubin import usage
 from law_rows import rules_of
 
+import warpdyn as wd
+from warpdyn.campaigns.integration.model import dynamics_of, plan_of
 from warpdyn.engine.kernels import build
 from warpdyn.engine.kernels.output_table import RECORDERS
 from warpdyn.engine.kernels.plan import Plan
@@ -38,6 +40,25 @@ def test_a_history_stays_in_registers(storeys, dtype, law, damping, recorders, t
     taken = usage(binary)
     assert taken.local == 0, (plan, taken)
     assert 16 < taken.registers <= 255  # what a thread can have
+
+
+def test_a_small_lumped_structure_stays_in_registers(tmp_path):
+    # Four storeys with torsion: 12 degrees of freedom, 16 springs.
+    masses, springs = {}, []
+    for floor in range(1, 5):
+        masses |= {f"x{floor}": 2e5, f"y{floor}": 2e5, f"theta{floor}": 9e6}
+        for axis, arm in (("x", -5.0), ("x", 5.0), ("y", -9.0), ("y", 9.0)):
+            direction = {f"{axis}{floor}": 1.0, f"theta{floor}": arm}
+            direction |= {f"{axis}{floor - 1}": -1.0, f"theta{floor - 1}": -arm} if floor > 1 else {}
+            law = wd.laws.Bilinear(yield_force=1e6, hardening_ratio=0.05)
+            springs.append(wd.Spring(f"{floor}{axis}{arm}", direction, law=law, stiffness=1e8))
+    building = wd.LumpedStructure(masses, springs, damping="rayleigh", damping_ratio=0.05)
+    scatter = {"stiffness": wd.RandomFactor(wd.Lognormal(1.0, 0.1), per="spring")}
+    scene = wd.Scene(building, wd.GroundMotion([0.0, 1.0], 0.01), scatter, recorders=("spring",))
+    plan = plan_of(scene, dynamics_of(scene), "rk4", "float32", is_gpu=True)
+    wp.compile_aot_module(build.build_kernel(plan).module, arch=90, module_dir=tmp_path, use_ptx=False)
+    [binary] = tmp_path.glob("*.sm90.cubin")
+    assert usage(binary).local == 0, usage(binary)
 
 
 def test_local_memory_is_seen(tmp_path):

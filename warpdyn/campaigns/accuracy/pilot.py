@@ -193,10 +193,12 @@ class _Pilot:
         periods = vibration.period
         self.period = float(np.median(periods))
         finer = REFERENCE_STEPS_PER_PERIOD * max(1.0, np.sqrt(REFERENCE_ERROR / target_error))
-        is_linear = first.model.dynamics.forces.is_linear
-        method, step = "exact" if is_linear else "rk4", float(periods.min()) / finer
+        fitting = fitting_methods(first.model.dynamics.forces)
+        method, step = "exact" if "exact" in fitting else "rk4", float(periods.min()) / finer
         reference, held = self._run(method, "float64", step)
-        if held > MOST_HELD:  # a stiff mode without effect on drifts: use a method without stability limit
+        if (
+            held > MOST_HELD and "newmark_average" in fitting
+        ):  # a stiff mode without effect on drifts: use a method without stability limit
             reference, _ = self._run("newmark_average", "float64", step / 2)
         self.reference = integrate_guarded(reference, self.chosen)
 
@@ -223,7 +225,8 @@ class _Pilot:
     def _error(self, run: Ensemble) -> tuple[float, float]:
         """Return the 95 % quantile of the errors, and the largest error; a failed sample has an infinite error."""
         outputs = integrate_guarded(run, self.chosen)
-        [errors] = compare(run, outputs, self.reference, self.chosen).values()
+        found = compare(run, outputs, self.reference, self.chosen)
+        errors = found.get(run.model.dynamics.peak[0], next(iter(found.values())))
         ordered = np.sort(np.where(np.isfinite(errors), errors, np.inf))
         return float(ordered[int(np.ceil(QUANTILE * ordered.size)) - 1]), float(ordered[-1])
 

@@ -179,8 +179,11 @@ class Model:
         outputs = self._recorded(self.plan.recorders)
         shapes = {name: tuple(map(self.plan.length, v.dims)) for name, v in outputs.items()} | {"status": ()}
         if STATE in self.plan.recorders:
-            values = {"displacement": 1, "velocity": 1, "memory": spring_row(self.plan.law).memory}
-            shapes |= {f"final_{name}": (self.plan.dofs * count,) for name, count in values.items() if count}
+            memory = spring_row(self.plan.law).memory * (
+                self.plan.dofs if self.plan.pattern is None else self.plan.pattern.springs
+            )
+            values = {"displacement": self.plan.dofs, "velocity": self.plan.dofs, "memory": memory}
+            shapes |= {f"final_{name}": (count,) for name, count in values.items() if count}
         return shapes
 
     @property

@@ -26,6 +26,8 @@ def traced_structures(run: Run) -> StructurePreparation:
     """
     model, sampler, structure = run.model, run.sampler, run.model.scene.structure
     dynamics, values_of_nominal = model.dynamics, structure.nominal_values
+    if structure.family == "lumped":
+        raise NotTraceableError("the host computes the inverse mass matrices of lumped structures")
     if model.needs_step:
         raise NotTraceableError("the host computes the propagators of exact methods")
     nominal, flat = _nominal(values_of_nominal)

@@ -105,7 +105,7 @@ class SumsReducer(Reducer):
 
     def begin(self, cells: Cells) -> None:
         """Start with empty counts and sums of these cells."""
-        places = self.population.scene.structure.dofs if self.dim else 0
+        places = self.population.scene.structure.length_along(self.dim) if self.dim else 0
         self.cells = cells
         self.tally = Tally(cells, places + 1, 2, self._threads)  # samples that are ok, and collapsed ones
         self.sums = [Sums(cells) for _ in range(places + 1)]  # of each place, and of the largest of all

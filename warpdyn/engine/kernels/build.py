@@ -71,7 +71,10 @@ REGISTERS_OF_A_SIMPLE_LAW = 264
 # Above this size the n x n loops of the dense kernel would take 30 s and more to compile for a GPU. On a processor
 # loops that are not unrolled run 1/4 faster to 1/3 slower, and compile in 0.5 s instead of up to 4 s.
 GPU_UNROLLED_MATRIX = 8
-UNROLLED_SPRINGS = 16  # largest number of springs and degrees of freedom for which a GPU's loops are unrolled
+# Largest number of springs and degrees of freedom for which a GPU's loops are unrolled. Compiled for an H100, with
+# bilinear springs and peak deformations: 16 springs and 12 degrees of freedom fit in registers (80 bytes do not without
+# unrolling), of 20 springs 72 bytes do not (304); of 32 springs 1,000 bytes do not in both cases.
+UNROLLED_SPRINGS = 20
 UNROLLED_SLOPES = 40  # methods that keep all slopes: largest storeys times stages for which loops are unrolled
 # If the GPU's compiler knows the number of threads per block, it uses more registers and waits less: from 3 storeys on
 # kernels run 2 to 6 % faster. Below 3 storeys they lose as much, because registers then limit how many threads run.

@@ -74,6 +74,10 @@ class EventSequence(_Placed):
                     f"got {type(design).__name__}"
                 )
             designs[name] = excitation
+        counts = {name: design.components for name, design in designs.items()}
+        if len(set(counts.values())) > 1:
+            said = ", ".join(f"{name!r} has {count}" for name, count in counts.items())
+            raise ValueError(f"all events need motions with the same number of components, but {said}")
         object.__setattr__(self, "events", FrozenMapping(designs))
         object.__setattr__(self, "_designs", tuple(designs.values()))
         # Motions of several events are stored once.
@@ -119,12 +123,13 @@ class EventSequence(_Placed):
         """Number of structures for which an event lists values; 0 if no event lists values."""
         return max(design.structures_given for design in self._designs)
 
+    @property
+    def components(self) -> int:
+        """Number of components of each motion."""
+        return self._designs[0].components
+
     def check_fits(self, structure: Structure) -> None:
         """Raise a TypeError for a LinearSystem, which is not changed by an earthquake."""
-        if structure.family == "lumped":
-            raise TypeError(
-                "an EventSequence does not support a LumpedStructure yet: run each event as a separate scene"
-            )
         if not structure.can_yield:
             raise TypeError(
                 "an EventSequence needs a ShearBuilding, because an earthquake does not change a LinearSystem: run "

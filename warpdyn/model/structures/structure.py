@@ -70,6 +70,10 @@ class Structure(ABC):
         """Return the number of values of a parameter that has one per storey, otherwise the number of storeys."""
         return len(self.nominal_values[name]) if self.is_by_storey(name) else self.dofs
 
+    def length_along(self, dim: str) -> int:
+        """Return the length of a dimension of recorded variables, such as "storey"."""
+        return self.dofs
+
     def names_along(self, dim: str) -> tuple[str, ...] | None:
         """Return the names of the degrees of freedom or springs along a dimension; None if they have only numbers."""
         return None

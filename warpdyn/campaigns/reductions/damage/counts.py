@@ -200,7 +200,7 @@ class DamageReducer(Reducer):
 
     def begin(self, cells: Cells) -> None:
         """Start with empty counts of these cells."""
-        places = self.population.scene.structure.dofs if self.dim else 0
+        places = self.population.scene.structure.length_along(self.dim) if self.dim else 0
         self.cells, self.tally = cells, Tally(cells, places + 1, len(self.bounds.states), self._threads)
         self._least: dict[Workers, Any] = {}  # least drift ratio of a collapsed sample
         self._least_included = np.inf

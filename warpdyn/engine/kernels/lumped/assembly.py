@@ -17,13 +17,13 @@ def names(plan):
     from warpdyn.engine.kernels.loads import LOADS
     from warpdyn.engine.kernels.plan import DTYPES
 
-    dtype, pattern, is_base = DTYPES[plan.dtype], plan.pattern, LOADS[plan.load].is_base
+    dtype, pattern, load = DTYPES[plan.dtype], plan.pattern, LOADS[plan.load]
+    is_base, has_load = load.is_base, (load.is_history and not load.is_base) or load.is_harmonic
     first = first_places(pattern)
 
-    def product(name, vector, target, adds=0, table=None):
+    def product(name, vector, target, table=None, **how):
         table = pattern.tables[name] if table is None else table
-        text = products(table, "terms", element(vector), element(target), adds=adds, first=first[name])
-        return text or "pass"
+        return products(table, "terms", element(vector), element(target), first=first[name], **how) or "pass"
 
     ground = "base" if pattern.components == 1 else "ground"
     by_row = transposed(pattern.deformation, plan.dofs)
@@ -37,9 +37,9 @@ def names(plan):
         "spring_rows": wp.types.matrix(shape=(pattern.springs, plan.lanes), dtype=dtype),
         "DEFORMATIONS": product("deformation", "us", "deformation"),
         "DEFORMATION_RATES": product("deformation", "vs", "deformation_rate"),
-        "SPRING_FORCES": product("deformation", "spring_force", "applied", -1, by_row),
-        "ELASTIC_FORCES": product("stiffness", "us", "applied", -1),
-        "VISCOUS_FORCES": product("damping", "vs", "applied", -1),
+        "SPRING_FORCES": product("deformation", "spring_force", "applied", by_row, sign=-1, is_added=has_load),
+        "ELASTIC_FORCES": product("stiffness", "us", "applied", sign=-1, is_added=True),
+        "VISCOUS_FORCES": product("damping", "vs", "applied", sign=-1, is_added=True),
         "ACCELERATIONS": product("inverse_mass", "applied", "felt"),
         "BASE_ACCELERATIONS": product("drive", ground, "shaken"),
         "UNMOVED_ACCELERATIONS": product("unmoved", ground, "unmoved"),

@@ -119,7 +119,8 @@ def products(
     factor: Callable[[int], str],
     target: Callable[[int], str],
     *,
-    adds: int = 0,
+    sign: int = 1,
+    is_added: bool = False,
     first: int = 0,
 ) -> str:
     """Return statements that compute the product of a matrix and a vector, one or more for each row.
@@ -129,24 +130,25 @@ def products(
         name: Variable with its values, [value, lane].
         factor: Function from a column to the text of the vector's element.
         target: Function from a row to the text of the result's element.
-        adds: 0: the result is set, also in rows without entries; 1 or -1: the product is added or subtracted.
+        sign: Sign of the product: 1 or -1.
+        is_added: Whether the product is added to the result; otherwise the result is set, also in rows without entries.
         first: Place of the first value of the matrix in the variable.
     """
     lines = []
     for row, terms in enumerate(table.rows):
-        if not terms and not adds:
+        if not terms and not is_added:
             lines.append(f"{target(row)} = dtype(0.0)")
         for begin in range(0, len(terms), TERMS_PER_STATEMENT):
             text = ""
             for term in terms[begin : begin + TERMS_PER_STATEMENT]:
                 value = factor(term.column)
                 product = value if term.place == UNIT else f"{name}[{first + term.place}, j] * {value}"
-                sign = term.sign if adds >= 0 else -term.sign
+                is_positive = sign * term.sign > 0
                 if text:
-                    text += f" + {product}" if sign > 0 else f" - {product}"
+                    text += f" + {product}" if is_positive else f" - {product}"
                 else:
-                    text = product if sign > 0 else f"-{product}"
-            word = "=" if begin == 0 and not adds else "+="
+                    text = product if is_positive else f"-{product}"
+            word = "=" if begin == 0 and not is_added else "+="
             lines.append(f"{target(row)} {word} {text}")
     return "\n".join(lines)
 

@@ -26,8 +26,17 @@ def read_storey():
     if RESUMES:
         u[i, j] = structures.initial_displacement[g, s]
         v[i, j] = structures.initial_velocity[g, s]
+        if not EXPLICIT_LUMPED:
+            for m in range(M):
+                z[i * M + m, j] = structures.initial_memory[g * M + m, s]
+                if TAKES_MEMORY:
+                    zs[i * M + m, j] = z[i * M + m, j]
+
+
+def read_spring():
+    if RESUMES:
         for m in range(M):
-            z[i * M + m, j] = structures.initial_memory[g * M + m, s]
+            z[i * M + m, j] = structures.initial_memory[i * M + m, s]
             if TAKES_MEMORY:
                 zs[i * M + m, j] = z[i * M + m, j]
 
@@ -42,5 +51,12 @@ def finish_storey():
     if LEAVES_STATE:
         output.final_displacement[g, o] = u[i, j]
         output.final_velocity[g, o] = v[i, j]
+        if not EXPLICIT_LUMPED:
+            for m in range(M):
+                output.final_memory[g * M + m, o] = z[i * M + m, j]
+
+
+def finish_spring():
+    if LEAVES_STATE:
         for m in range(M):
-            output.final_memory[g * M + m, o] = z[i * M + m, j]
+            output.final_memory[i * M + m, o] = z[i * M + m, j]

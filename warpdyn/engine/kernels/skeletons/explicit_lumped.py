@@ -120,11 +120,12 @@ def integrate_lumped(
                     slot("begin_walk")
                 for i in range(SPRINGS):
                     slot("visit_spring")
-                for i in range(N):
-                    for j in range(LANES):
-                        net = dtype(0.0)
-                        slot("add_load")
-                        applied[i, j] = net
+                if HAS_ADD_LOAD:
+                    for i in range(N):
+                        for j in range(LANES):
+                            net = dtype(0.0)
+                            slot("add_load")
+                            applied[i, j] = net
                 slot("gather_forces")
                 for i in range(N):
                     for j in range(LANES):

@@ -121,9 +121,7 @@ class LumpedStructure(LumpedMatrices, Structure):
         self.springs = _checked_springs(springs, self.dof_names)
         self.influence = self._influence(influence)
         self.outputs = self._outputs(outputs)
-        given = dict(
-            zip(MATRICES, (mass_matrix, stiffness_matrix, damping_matrix, geometric_stiffness), strict=True)
-        )
+        given = dict(zip(MATRICES, (mass_matrix, stiffness_matrix, damping_matrix, geometric_stiffness), strict=True))
         self.matrices: Mapping[str, np.ndarray] = FrozenMapping(
             {
                 name: checked_matrix(name, matrix, self.dof_names, MATRICES[name])
@@ -257,6 +255,10 @@ class LumpedStructure(LumpedMatrices, Structure):
     def dim_of(self, name: str) -> str:
         """Return the dimension of a parameter's values: "dof" or "spring"."""
         return "dof" if name in OF_DOFS else "spring"
+
+    def length_along(self, dim: str) -> int:
+        """Return the number of degrees of freedom ("dof"), springs or outputs."""
+        return {"spring": len(self.springs), "output": len(self.outputs)}.get(dim, self.dofs)
 
     def names_along(self, dim: str) -> tuple[str, ...]:
         """Return the names of the degrees of freedom ("dof") or of the springs."""
