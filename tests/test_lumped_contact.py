@@ -163,6 +163,22 @@ def test_a_heavy_second_mass_is_an_obstacle() -> None:
     assert contact.reduced_mass(1e5, 3e5) == contact.reduced_mass(3e5, 1e5)
 
 
+@pytest.mark.parametrize(
+    ("function", "arguments"),
+    [
+        (contact.reduced_mass, dict(first_mass=1e5, second_mass=2e5)),
+        (contact.kelvin_voigt_dashpot, dict(restitution=0.6, stiffness=1e8, reduced_mass=1e5)),
+        (contact.hertz_impact, dict(stiffness=1e9, reduced_mass=1e5, velocity=1.0)),
+        (contact.bilinear_impact, dict(restitution=0.6, stiffness=1e9, largest_penetration=0.02, yield_share=0.1)),
+    ],
+)
+def test_quantities_that_must_be_positive_may_not_be_0(function, arguments: dict[str, float]) -> None:
+    function(**arguments)
+    for name in arguments:
+        with pytest.raises(ValueError, match=rf"{name}.* must be a finite number above 0, got 0.0"):
+            function(**arguments | {name: 0.0})
+
+
 WRONG = [
     (lambda: contact.kelvin_voigt_damping_ratio(0.0), "restitution must be a finite number above 0"),
     (lambda: contact.jankowski_damping_ratio(1.1), "restitution is 1.1; it must be above 0 and at most 1"),

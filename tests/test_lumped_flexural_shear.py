@@ -121,6 +121,12 @@ def test_stiffness_has_the_given_period() -> None:
     assert 1 / periods == pytest.approx([0.5, 1.854508, 4.203, 7.698811, 12.36458], rel=3e-7)
 
 
+def test_stiffness_and_periods_are_inverse_for_small_numbers_too() -> None:
+    bending, shear = fs.flexural_shear_stiffness(0.5, 0.9, 0.4, 0.3)
+    assert fs.flexural_shear_periods(bending, shear, 0.9, 0.4, 1)[0] == pytest.approx(0.5, rel=1e-12)
+    assert fs.flexural_shear_periods(0.5, 0.1, 0.9, 0.4, 1)[0] > fs.flexural_shear_periods(0.5, 0.2, 0.9, 0.4, 1)[0]
+
+
 @pytest.mark.parametrize("alpha0", [0.0, 0.5, 4.0, 20.0, 1e3])
 def test_alpha0_is_found_from_two_periods(alpha0: float) -> None:
     ratio = fs.flexural_shear_period_ratios(alpha0, 2)[1]
@@ -206,6 +212,15 @@ def test_many_modes_have_finite_values() -> None:
         assert np.diff(gamma)[100:] == pytest.approx(np.full(199, np.pi), rel=1e-3)
         assert np.abs(fs.flexural_shear_participation(alpha0, 300)).max() == pytest.approx(1.4, abs=0.2)
         assert np.isfinite(fs.flexural_shear_mode_shapes(alpha0, 300, [0.0, 0.3, 1.0])).all()
+
+
+def test_a_cantilever_under_a_load_at_the_top_has_the_closed_form() -> None:
+    heights = np.array([4.0, 3.0, 3.5])
+    z, total, bending, load = np.cumsum(heights), heights.sum(), 2e9, 1e6
+    stick = sticks.lumped_stick(heights, bending, 0.0, 1e5)
+    u = np.linalg.solve(stick.stiffness, [0, 0, load])
+    assert u == pytest.approx(load * z**2 * (3 * total - z) / (6 * bending), rel=1e-10)
+    assert stick.rotations @ u == pytest.approx(load * z * (2 * total - z) / (2 * bending), rel=1e-10)
 
 
 def test_condensation_is_exact_and_recovers_the_removed_displacements() -> None:

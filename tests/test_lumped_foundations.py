@@ -135,22 +135,19 @@ def test_charts_of_gazetas_are_reproduced_at_their_points() -> None:
     a0 = np.array([0.444, 0.889, 1.333, 2.0])
     va, vs = SOIL.lysmer_velocity, SOIL.shear_wave_velocity
     assert va == pytest.approx(3.4 * vs / (np.pi * 0.65), rel=1e-12)
-    for aspect, k_z, k_y, c_z, c_rx, c_t in (
-        (1, 0.989, 1.035, 0.933, 0.107, 0.094),
-        (2, 1.007, 1.087, 0.985, 0.153, 0.260),
-        (4, 1.032, 1.165, 1.095, 0.192, 0.650),
-    ):
+    for row, aspect in enumerate((1, 2, 4)):
         footing = RectangularFooting(3.0 * aspect, 3.0)
-        modifiers = gazetas.gazetas_stiffness_modifiers(footing, SOIL, a0)
-        assert modifiers["z"][0] == pytest.approx(k_z, rel=1e-12)
-        assert modifiers["y"][0] == pytest.approx(k_y, rel=1e-12)
-        dashpots = gazetas.gazetas_radiation_dashpots(footing, SOIL, a0)
-        assert dashpots["z"][0] == pytest.approx(c_z * 1800 * va * footing.area, rel=1e-12)
-        assert dashpots["rx"][0] == pytest.approx(c_rx * 1800 * va * footing.inertia_x, rel=1e-12)
         polar = footing.inertia_x + footing.inertia_y
-        assert dashpots["t"][0] == pytest.approx(c_t * 1800 * vs * polar, rel=1e-12)
+        modifiers = gazetas.gazetas_stiffness_modifiers(footing, SOIL, a0)
+        for mode, chart in gazetas.STIFFNESS_CHARTS.items():
+            assert modifiers[mode] == pytest.approx(chart[row], rel=1e-12)
+        dashpots = gazetas.gazetas_radiation_dashpots(footing, SOIL, a0)
+        scale = {"z": va * footing.area, "y": vs * footing.area, "t": vs * polar}
+        scale |= {"rx": va * footing.inertia_x, "ry": va * footing.inertia_y}
+        for mode, chart in gazetas.DAMPING_CHARTS.items():
+            assert dashpots[mode] == pytest.approx(1800 * scale[mode] * np.array(chart[row]), rel=1e-12)
         assert dashpots["x"] == pytest.approx(np.full(4, 1800 * vs * footing.area), rel=1e-12)
-    # Last column, L / B = 1 and 4, of the other charts; and half-way between L / B = 2 and 4.
+    # Half-way between L / B = 2 and 4.
     last = gazetas.gazetas_stiffness_modifiers(RectangularFooting(9.0, 3.0), SOIL, 2.0)
     assert last["z"] == pytest.approx((0.642 + 0.699) / 2, rel=1e-12)
     dashpots = gazetas.gazetas_radiation_dashpots(RectangularFooting(9.0, 3.0), SOIL, 2.0)
@@ -183,6 +180,11 @@ def test_modifiers_of_gazetas_have_the_formulas_and_the_static_limit() -> None:
     assert of_clay["ry"] == pytest.approx(1 - 0.25 * (10 / 6) ** 0.3, rel=1e-12)
     assert "z" not in of_clay
     assert "z" not in gazetas.gazetas_radiation_dashpots(SURFACE, clay, 1.0)
+    for nu, slope, has_z in ((0.4, 0.3, True), (0.4001, 0.3, False), (0.4499, 0.3, False), (0.45, 0.2914, False)):
+        soil = Soil(poisson_ratio=nu, density=1800.0, shear_wave_velocity=150.0)
+        of_soil = gazetas.gazetas_stiffness_modifiers(SURFACE, soil, 1.0)
+        assert of_soil["ry"] == pytest.approx(1 - slope, abs=5e-5)
+        assert ("z" in of_soil) == has_z
 
 
 # A structure on the footing at the surface: m = 500 t at 12 m, T = 0.4 s, 5 %; shaking along the width.
@@ -349,6 +351,29 @@ WRONG = [
 def test_invalid_arguments_are_refused(call, message: str) -> None:
     with pytest.raises(ValueError, match=message):
         call()
+
+
+POSITIVE = [
+    (ps.period_ratio_on_soil, dict(stiffness=1e8, height=10.0, sway_stiffness=1e9, rocking_stiffness=1e10)),
+    (ps.sway_rocking_matrices, dict(mass=1e5, height=10.0)),
+    (ps.foundation_damping_ratio, dict(period=1.0, mass=1e5, height=9.0, sway_stiffness=1e9, rocking_stiffness=1e9)),
+    (cones.disk_cone, dict(radius=3.0)),
+]
+OTHERS = {
+    ps.sway_rocking_matrices: dict(foundation_mass=0.0, rocking_inertia=0.0),
+    ps.foundation_damping_ratio: dict(
+        period_ratio=1.1, sway_damping_ratio=0.1, rocking_damping_ratio=0.0, soil_damping_ratio=0.0
+    ),
+    cones.disk_cone: dict(motion="torsion", soil=SOIL),
+}
+
+
+@pytest.mark.parametrize(("function", "arguments"), POSITIVE)
+def test_quantities_that_must_be_positive_may_not_be_0(function, arguments: dict[str, float]) -> None:
+    function(**arguments, **OTHERS.get(function, {}))
+    for name in arguments:
+        with pytest.raises(ValueError, match=rf"{name} .* must be a finite number above 0, got 0.0"):
+            function(**arguments | {name: 0.0}, **OTHERS.get(function, {}))
 
 
 def test_arguments_of_another_class_are_refused() -> None:

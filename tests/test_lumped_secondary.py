@@ -46,12 +46,14 @@ def test_a_tank_has_the_reference_response() -> None:
     assert peak(time, moment, np.gradient(moment, time))[0] == pytest.approx(2.392251e7, rel=1e-6)
 
 
-@pytest.mark.parametrize("depth", [0.5, 2.0, 8.0, 20.0])
+@pytest.mark.parametrize("depth", [0.5, 2.0, 6.9, 8.0, 13.326, 20.0])
 def test_tanks_have_the_formulas_with_hyperbolic_functions(depth: float) -> None:
     for tank, length, share, slosh in (
         (tanks.housner_cylinder(5.0, depth), 10.0, 0.230, 3.68),
         (tanks.housner_rectangle(10.0, 4.0, depth), 10.0, 0.264, 3.16),
     ):
+        base = np.pi * 25 if share == 0.230 else 40.0
+        assert tank.liquid_mass == pytest.approx(1000 * base * depth, rel=1e-14)
         x, y = 0.866 * length / depth, slosh * depth / length
         assert tank.impulsive_mass / tank.liquid_mass == pytest.approx(np.tanh(x) / x, rel=1e-14)
         assert tank.convective_mass / tank.liquid_mass == pytest.approx(share * length / depth * np.tanh(y), rel=1e-14)

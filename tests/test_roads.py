@@ -128,6 +128,29 @@ ROADS = [
 ]
 
 
+def test_a_bump_has_the_stated_elevation() -> None:
+    x = np.array([0.1, 0.5, 1.3, 1.9])
+    assert roads.RoadBump(0.08, 2.0).elevation(x) == pytest.approx(0.08 * np.sin(np.pi * x / 2) ** 4, rel=1e-12)
+    assert roads.RoadBump(0.08, 0.5).elevation([-0.1, 0.0, 0.25, 0.5, 0.6]) == pytest.approx([0, 0, 0.08, 0, 0])
+
+
+def test_the_shortest_wave_limits_the_step() -> None:
+    for road, shortest in ((roads.RandomRoad("A", 0.1, 4.0, 10), 0.25), (roads.RoadBump(0.1, 0.5), 0.25)):
+        limit = shortest / 0.5 / 2
+        assert road.shortest_wave == shortest
+        assert road.motion(0.5, 1.0, 0.999 * limit).step == 0.999 * limit
+        with pytest.raises(ValueError, match=f"give a step of at most {limit:g} s"):
+            road.motion(0.5, 1.0, 1.001 * limit)
+
+
+def test_a_motion_has_the_duration() -> None:
+    road = roads.SineRoad(0.01, 5.0)
+    assert road.motion(0.5, 1.1, 0.1).acceleration.size == 12  # 1.1 / 0.1 is rounded up
+    assert road.motion(0.5, 0.05, 0.1).acceleration.size == 2
+    assert road.motion(0.5, 1.05, 0.1).duration >= 1.05
+    assert roads.road_velocity_density("A", 0.5) == pytest.approx(roads.road_velocity_density("A", 1.0) / 2)
+
+
 @pytest.mark.parametrize("road", ROADS)
 def test_slope_and_curvature_are_derivatives_of_the_elevation(road: roads.Road) -> None:
     x, h = np.linspace(-1.03, 6.01, 50), 1e-5
@@ -172,6 +195,11 @@ def test_profiles_are_reproducible_and_independent() -> None:
         assert abs(np.corrcoef(first, second)[0, 1]) < 0.35
     scaled = roads.RandomRoad(4 * 16e-6, 0.02, 2.0, 500, seed=1).elevation(x)
     assert scaled == pytest.approx(2 * first, rel=1e-12)
+    assert roads.RandomRoad("A", 0.02, 2.0, 501) == roads.RandomRoad("A", 0.02, 2.0, 501, profile=0, seed=0)
+    phases = roads.RandomRoad("A", 0.02, 2.0, 501)._waves[2]
+    assert phases.shape == (501,)
+    assert 0 < phases.min() < 0.1
+    assert 0 < 2 * np.pi - phases.max() < 0.1
     # The standard deviation over many profiles at one place.
     many = [float(roads.RandomRoad("A", 0.02, 2.0, 50, profile=i).elevation(3.0)) for i in range(1000)]
     assert np.std(many) == pytest.approx(roads.RandomRoad("A", 0.02, 2.0, 50).standard_deviation, rel=0.07)
