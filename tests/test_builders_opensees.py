@@ -154,6 +154,52 @@ def test_a_flexural_shear_building_with_yielding_frames(gravity_load):
     assert (drifts > 2 * yields / (shear / height)).any()
 
 
+def test_a_wall_with_a_yielding_hinge_at_its_base():
+    # In OpenSees the rotations have no mass; here the base rotation has a moment of inertia.
+    storeys, height, mass, bending, shear = 10, 3.0, 2e5, 8e10, 4e8
+    hinge, moment = 5e10, 3e7
+    tower = wd.FlexuralShearBuilding(
+        [mass] * storeys,
+        height,
+        bending_stiffness=bending,
+        shear_stiffness=shear,
+        base_hinge={"law": "bilinear", "stiffness": hinge, "yield_force": moment, "hardening_ratio": 0.03},
+        damping="stiffness_proportional",
+        damping_ratio=0.03,
+    )
+    a1 = 2 * 0.03 / tower.modal()["circular_frequency"].values[0]
+    ops = opensees()
+    ops.wipe()
+    ops.model("basic", "-ndm", 2, "-ndf", 3)
+    ops.geomTransf("Linear", 1)
+    ops.node(99, 0.0, 0.0)
+    ops.fix(99, 1, 1, 1)
+    for floor in range(storeys + 1):
+        ops.node(floor, 0.0, height * floor)
+        ops.node(100 + floor, 0.0, 0.0)  # of the shear springs
+        ops.fix(floor, *((1, 1, 0) if floor == 0 else (0, 1, 0)))
+        ops.fix(100 + floor, *((1, 1, 1) if floor == 0 else (0, 1, 1)))
+        if floor:
+            ops.mass(floor, mass, 0.0, 0.0)
+            ops.equalDOF(floor, 100 + floor, 1)
+    ops.uniaxialMaterial("Steel01", 1, moment, hinge, 0.03)
+    ops.element("zeroLength", 50, 99, 0, "-mat", 1, "-dir", 3, "-doRayleigh", 1)
+    ops.uniaxialMaterial("Elastic", 2, shear / height)
+    for storey in range(storeys):
+        ops.element("elasticBeamColumn", storey + 1, storey, storey + 1, 1.0, bending, 1.0, 1)
+        nodes = (100 + storey, 101 + storey)
+        ops.element("zeroLength", 21 + storey, *nodes, "-mat", 2, "-dir", 1, "-doRayleigh", 1)
+    motion = pulse(6.0, 0.8, 0.4, 4.0)
+
+    def state() -> list[float]:
+        return [ops.nodeDisp(0, 3), *(ops.nodeDisp(floor, 1) for floor in range(1, storeys + 1))]
+
+    found = np.abs(analysed({1: motion}, (0.0, a1), state, 4.0)).max(axis=0)
+    run = run_of(tower, motion)
+    assert found[0] > 5 * moment / hinge
+    np.testing.assert_allclose(run["peak_displacement"][0], found, rtol=2e-3)
+
+
 def test_a_yielding_oscillator_on_soil():
     # The floor hangs on a spring between it and a node that a stiff beam connects with the base.
     mass, height, stiffness, fy = 5e5, 12.0, 1.2e8, 1.5e6
