@@ -28,6 +28,7 @@ def test_peaks_and_frequencies_of_another_program(case):
         assert own == pytest.approx(due, rel=1e-6)
     run = run_of(case, histories=wd.Histories([0], every=100))
     assert run["status"].item() == 0
+    assert abs(run["energy_balance_error"].item()) < 2e-8
     found, due = [], []
     for name, places in case.peaks.items():
         dim = run[name].dims[1]
@@ -86,13 +87,15 @@ def test_a_chain_of_springs_is_a_shear_building(law, method):
     chain, lumped = chain_and_lumped(law, **LAWS[law])
     motion = pulse(5.0, 0.6, 0.3, 4.0)
     settings = {"step": 0.005, "dtype": "float64", "device": "cpu", "method": method}
-    one = wd.simulate(wd.Scene(chain, motion, recorders=("drift", "acceleration"), tail=1.0), **settings)
-    other = wd.simulate(wd.Scene(lumped, motion, recorders=("spring", "acceleration"), tail=1.0), **settings)
-    for name, due in {
-        "peak_spring_deformation": "peak_storey_drift",
-        "peak_acceleration": "peak_floor_acceleration",
-    }.items():
+    recorders = ("acceleration", "energy")
+    one = wd.simulate(wd.Scene(chain, motion, recorders=(*recorders, "drift"), tail=1.0), **settings)
+    other = wd.simulate(wd.Scene(lumped, motion, recorders=(*recorders, "spring"), tail=1.0), **settings)
+    names = {"peak_spring_deformation": "peak_storey_drift", "peak_acceleration": "peak_floor_acceleration"}
+    for name, due in names.items():
         np.testing.assert_allclose(other[name], one[due], rtol=1e-10)
+    for name in ("input_energy", "viscous_energy", "hysteretic_energy"):
+        np.testing.assert_allclose(other[name], one[name], atol=1e-12 * one["input_energy"].item())
+    assert other["energy_balance_error"].item() == pytest.approx(one["energy_balance_error"].item(), abs=1e-12)
 
 
 def test_degrees_of_freedom_at_another_point_give_the_same_response():
