@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from warpdyn.campaigns.integration.dynamics import Arrays, Dynamics, Modes, slowest_decay
-from warpdyn.engine.kernels.lumped.pattern import Pattern, Table, table_of, values_in
+from warpdyn.engine.kernels.lumped.pattern import OF_ENERGIES, Pattern, Table, table_of, values_in
 from warpdyn.engine.kernels.output_table import HISTORY, OF_SPRINGS
 from warpdyn.engine.methods.stability_limits import stable_step_of_eigenvalues, stable_step_of_yielding
 from warpdyn.engine.methods.state_matrices import highest_damping_rate, state_eigenvalues
@@ -84,6 +84,8 @@ class LumpedDynamics(Dynamics):
             "damping": structure.damping_between_dofs(parameters, rayleigh),
             "drive": drive,
             "unmoved": influence - drive,
+            "mass": mass,
+            "pull": structure.load_masses(parameters) @ influence,
             "output": np.broadcast_to(structure.output_rows, (count, *structure.output_rows.shape)),
         }
 
@@ -120,9 +122,10 @@ class LumpedDynamics(Dynamics):
         coefficients = np.stack([np.broadcast_to(values, parameters["stiffness"].shape).T for values in read], axis=1)
         matrices = self._matrices(parameters, rayleigh.T)
         assert self.pattern is not None
-        terms = [values_in(table, matrices[name]) for name, table in self.pattern.tables.items()]
+        tables = self.pattern.tables
+        terms = [values_in(table, matrices[name]) for name, table in tables.items()]
         if self.pattern.has_dashpots:
-            terms.append(of_structure.dashpots(parameters, rayleigh.T).T)
+            terms.insert(len(tables) - len(OF_ENERGIES), of_structure.dashpots(parameters, rayleigh.T).T)
         whole = np.concatenate(terms)
         packed = {
             "coefficients": coefficients.reshape(-1, structures),

@@ -10,6 +10,7 @@ from dataclasses import dataclass, field, fields
 import numpy as np
 
 TERMS_PER_STATEMENT = 3  # so that no line is longer than 120 columns
+OF_ENERGIES = ("mass", "pull")  # the last tables of a pattern
 UNIT = -1  # place of a value that is 1 in all structures
 
 
@@ -61,6 +62,8 @@ class Pattern:
         drive: M^-1 times the load mass times the influence matrix, [dof, component].
         unmoved: Influence matrix minus `drive`, [dof, component]; empty if the load mass is the mass matrix.
         output: Outputs, from displacements of the degrees of freedom, [output, dof].
+        mass: Mass matrix, [dof, dof].
+        pull: Load mass times influence matrix, [dof, component].
         components: Number of components of the base motion.
         has_dashpots: Whether a spring has a dashpot.
     """
@@ -72,6 +75,8 @@ class Pattern:
     drive: Table = field(default_factory=Table)
     unmoved: Table = field(default_factory=Table)
     output: Table = field(default_factory=Table)
+    mass: Table = field(default_factory=Table)
+    pull: Table = field(default_factory=Table)
     components: int = 1
     has_dashpots: bool = False
 
@@ -88,8 +93,13 @@ class Pattern:
 
     @property
     def values(self) -> int:
-        """Number of values of all tables."""
-        return sum(table.values for table in self.tables.values())
+        """Number of values of all tables except those that only energies need."""
+        return sum(table.values for name, table in self.tables.items() if name not in OF_ENERGIES)
+
+    @property
+    def values_of_energies(self) -> int:
+        """Number of values of the tables that only energies need, which follow the other values."""
+        return sum(self.tables[name].values for name in OF_ENERGIES)
 
 
 def table_of(matrices: np.ndarray) -> Table:
