@@ -128,6 +128,46 @@ def test_the_critical_load_is_that_of_a_bar():
     assert wd.buckling_factors(both)[0] * 1e6 == pytest.approx(euler + 3e7, rel=1e-6)
 
 
+def test_the_inertia_of_a_hinge_hardly_changes_the_periods():
+    from warpdyn.model.structures.lumped.sticks import bending_matrix_with_base_rotation, static_condensation
+
+    for storeys, hinge in ((2, 1e8), (3, 1e9), (20, 1e11), (20, 1e13)):
+        given = {"bending_stiffness": 5e10, "shear_stiffness": 5e8}
+        tower = wd.FlexuralShearBuilding([2e5] * storeys, 3.0, **given, base_hinge={"stiffness": hinge})
+        assert tower.dof_names[:2] == ("base rotation", "u1")
+        whole = bending_matrix_with_base_rotation([3.0] * storeys, 5e10)
+        whole[0, 0] += hinge
+        rows = np.eye(storeys) - np.eye(storeys, k=-1)
+        massless = static_condensation(whole, np.arange(1, storeys + 1))[0] + 5e8 / 3 * rows.T @ rows
+        due = 2 * np.pi * np.sqrt(2e5 / np.linalg.eigvalsh(massless))
+        periods = tower.modal()["period"].values
+        np.testing.assert_allclose(periods[0], due[0], rtol=1e-3)
+        np.testing.assert_allclose(periods[1], due[1], rtol=0.02)
+        highest = tower.stick.periods[-1]
+        assert storeys < 20 or periods[-1] > highest / 2  # and therefore the stable step
+    light = wd.FlexuralShearBuilding([2e5] * 3, 3.0, **given, base_hinge={"stiffness": 1e9}, base_inertia=1.0)
+    whole = bending_matrix_with_base_rotation([3.0] * 3, 5e10)
+    whole[0, 0] += 1e9
+    rows = np.eye(3) - np.eye(3, k=-1)
+    massless = static_condensation(whole, [1, 2, 3])[0] + 5e8 / 3 * rows.T @ rows
+    due = 2 * np.pi * np.sqrt(2e5 / np.linalg.eigvalsh(massless))
+    np.testing.assert_allclose(light.modal()["period"][:3], due, rtol=1e-4)
+
+
+def test_a_stiff_hinge_is_a_fixed_base():
+    given = {"period": 0.8, "alpha0": 3.0, "damping": "stiffness_proportional", "damping_ratio": 0.03}
+    fixed = wd.FlexuralShearBuilding([1e5] * 4, 3.0, **given)
+    hinged = wd.FlexuralShearBuilding([1e5] * 4, 3.0, **given, base_hinge={"stiffness": 1e14})
+    motion = pulse(2.0, 0.5, 0.4, 3.0)
+    one, other = run_of(fixed, motion, 0.001), run_of(hinged, motion, 0.001)
+    for name in ("drift 1", "drift 4", "base shear", "base moment", "wall base moment"):
+        value = one["peak_output"].sel(output=name).item()
+        assert other["peak_output"].sel(output=name).item() == pytest.approx(value, rel=1e-3)
+    # The hinge has the moment of the wall at its base.
+    moment = other["peak_spring_force"].sel(spring="base hinge").item()
+    assert moment == pytest.approx(other["peak_output"].sel(output="wall base moment").item(), rel=2e-3)
+
+
 WRONG = [
     ({}, "give period= and alpha0=, or bending_stiffness= and shear_stiffness=; got neither"),
     ({"period": 2.0}, "got period"),
@@ -141,6 +181,8 @@ WRONG = [
     ),
     ({"bending_stiffness": 1e10, "shear_stiffness": [1e8, 0.0, 1e8]}, "shear_stiffness of storey 2 is 0 N"),
     ({"period": 2.0, "alpha0": 3.0, "gravity_load": [1e9] * 3}, "buckles under the geometric stiffness"),
+    ({"period": 2.0, "alpha0": 3.0, "base_inertia": 1e5}, "base_inertia needs a base_hinge"),
+    ({"period": 2.0, "alpha0": 3.0, "base_hinge": {"law": "bilinear"}}, "spring 'base hinge': stiffness is missing"),
     ({"period": 2.0, "alpha0": 3.0, "storey_height": [3.0, -1.0, 3.0]}, "storey_height of storey 2 is -1 m"),
 ]
 
@@ -149,3 +191,8 @@ WRONG = [
 def test_a_wrong_building_is_refused(changed, message):
     with pytest.raises(ValueError, match=message):
         wd.FlexuralShearBuilding(**{"floor_mass": [1e5] * 3, "storey_height": 3.0} | changed)
+
+
+def test_a_hinge_that_is_no_dictionary_is_refused():
+    with pytest.raises(TypeError, match="base_hinge must be a dictionary of the law and its parameters"):
+        wd.FlexuralShearBuilding([1e5], 3.0, period=0.5, alpha0=3.0, base_hinge="bilinear")

@@ -39,7 +39,7 @@ PAGES = (
     "docs/how_to/answers.md",
     "docs/how_to/command_line.md",
     "docs/how_to/loads_and_designs.md",
-    "docs/how_to/lumped_structures.md",
+    "docs/how_to/built_structures.md",
     "docs/how_to/portfolios_and_files.md",
     "docs/how_to/records.md",
     "docs/how_to/scatter.md",

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from warpdyn.campaigns.integration.dynamics import Arrays, Dynamics, Modes, slowest_decay
-from warpdyn.engine.kernels.lumped.pattern import PAIR, Pattern, Table, table_of, values_in
+from warpdyn.engine.kernels.lumped.pattern import OF_ENERGIES, PAIR, Pattern, Table, table_of, values_in
 from warpdyn.engine.kernels.output_table import HISTORY, OF_SPRINGS
 from warpdyn.engine.laws.building_law import BuildingLaw
 from warpdyn.engine.laws.elastic.parameters import Elastic
@@ -55,17 +55,15 @@ class LumpedDynamics(Dynamics):
         structure = self.structure
         # Entries that are equal for unequal masses are equal in each structure, also if each mass is drawn.
         random = np.random.default_rng(0)
-        drawn = {name: np.asarray(values) for name, values in representative.items()}
-        count = max((len(values) for values in drawn.values()), default=0)
         parameters: Arrays = {}
         for name, value in structure.nominal_values.items():
-            known = (
-                np.resize(drawn[name], (count, *value.shape))
-                if name in drawn
-                else np.tile(value, (count, *value.ndim * (1,)))
-            )
-            factors = random.uniform(0.9, 1.1, (1, *value.shape)) if name in drawn else np.ones((1, *value.shape))
-            parameters[name] = np.concatenate([known.reshape(count, *value.shape), factors * value])
+            rows = [value, value, value]
+            if name in representative:
+                values = np.asarray(representative[name])
+                rows = [values.min(axis=0), values.max(axis=0), random.uniform(0.9, 1.1, value.shape) * value]
+            parameters[name] = np.stack([np.broadcast_to(row, value.shape) for row in rows])
+        if structure.problem(parameters):  # drawing the structures raises an error that names the value
+            parameters = {name: values[2:] for name, values in parameters.items()}
         matrices = self._matrices(parameters, structure.rayleigh(parameters, self._frequencies(parameters)))
         tables = {name: table_of(matrix) for name, matrix in matrices.items()}
         for name in ("stiffness", "damping", "unmoved"):
@@ -116,6 +114,8 @@ class LumpedDynamics(Dynamics):
             "damping": structure.damping_between_dofs(parameters, rayleigh),
             "drive": drive,
             "unmoved": influence - drive,
+            "mass": mass,
+            "pull": structure.load_masses(parameters) @ influence,
             "output": np.broadcast_to(structure.output_rows, (count, *structure.output_rows.shape)),
         }
 
@@ -154,11 +154,13 @@ class LumpedDynamics(Dynamics):
         coefficients = self._coefficients(self.springs, parameters, self.variants)
         matrices = self._matrices(parameters, rayleigh.T)
         assert self.pattern is not None
-        terms = [values_in(table, matrices[name]) for name, table in self.pattern.tables.items()]
+        tables = self.pattern.tables
+        terms = [values_in(table, matrices[name]) for name, table in tables.items()]
         if self.pattern.has_dashpots:
-            terms.append(of_structure.dashpots(parameters, rayleigh.T).T)
+            terms.insert(len(tables) - len(OF_ENERGIES), of_structure.dashpots(parameters, rayleigh.T).T)
         if self.pairs is not None:
-            terms.append(self._coefficients(self.pairs, parameters, self.biaxial_variants))
+            of_pairs = self._coefficients(self.pairs, parameters, self.biaxial_variants)
+            terms.insert(len(terms) - len(OF_ENERGIES), of_pairs)
         whole = np.concatenate(terms)
         packed = {
             "coefficients": coefficients if len(coefficients) else np.zeros((1, structures)),

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import Any
+
 import numpy as np
 from numpy.typing import ArrayLike
 
 from warpdyn.engine.laws.law import Law
+from warpdyn.foundations.core.checks import real_number, shortened
 from warpdyn.foundations.core.near_misses import with_suggestions
 from warpdyn.model.structures.builders.built_structure import BuiltStructure
 from warpdyn.model.structures.builders.gravity import geometric_stiffness
@@ -15,8 +19,18 @@ from warpdyn.model.structures.builders.storey_springs import (
     storey_springs,
     storey_values,
 )
-from warpdyn.model.structures.lumped.sticks import Stick, lumped_stick, stick_of_period
+from warpdyn.model.structures.lumped.spring import Spring
+from warpdyn.model.structures.lumped.sticks import (
+    Stick,
+    bending_matrix_with_base_rotation,
+    lumped_stick,
+    stick_of_period,
+)
 from warpdyn.model.structures.lumped.structure import MOST_DOFS
+from warpdyn.model.structures.modal import chain_stiffness_matrix
+
+ROTATION = "base rotation"
+LEAST_RATIO = 50.0  # least frequency of the base rotation alone, over the first one of the building on a fixed base
 
 
 @with_suggestions
@@ -25,13 +39,14 @@ class FlexuralShearBuilding(BuiltStructure):
 
     Each storey has a beam with the bending stiffness EI (the walls) and a shear spring GA / h between the displacements
     of its floors (the frames). The rotations of the floors have no mass and are eliminated exactly by static
-    condensation. The beams remain elastic; the shear springs may have any storey law. A nonlinear hinge of the wall is
-    not part of this model.
+    condensation. The beams remain elastic; the shear springs, and a hinge at the base of the wall, may have any storey
+    law.
 
     Degrees of freedom: "u1", "u2" and so on [m]. Springs: "frame 1", "frame 2" and so on, whose deformation is the
     storey drift [m]. Outputs: "drift 1", "drift 2" and so on (storey drifts [m]); "wall base shear" [N] and "wall base
     moment" [N m] of the beams; if springs are elastic, also "base shear" [N] and "base moment" [N m] of the whole
-    building.
+    building. With a base hinge, the degree of freedom "base rotation" [rad] and the spring "base hinge" (deformation
+    [rad], force [N m]) are the first.
 
     Sources: Miranda and Taghavi (2005), "Approximate floor acceleration demands in multistory buildings"; Xiong, Lu,
     Guan and co-authors (2016), "A nonlinear computational model for regional seismic simulation of tall buildings".
@@ -45,6 +60,12 @@ class FlexuralShearBuilding(BuiltStructure):
             to 20 for moment frames.
         bending_stiffness: Bending stiffness EI [N m2], one value or shape [storey]; instead of `period` and `alpha0`.
         shear_stiffness: Shear stiffness GA [N], one value or shape [storey]; instead of `period` and `alpha0`.
+        base_hinge: Law and parameters of a rotational spring between wall and base, as for a `wd.Spring`, such as
+            `{"law": "bilinear", "stiffness": 1e12, "yield_force": 4e8, "hardening_ratio": 0.02}` with a stiffness in
+            N m/rad and a yield moment in N m; None: a fixed base. `period` remains that with a fixed base.
+        base_inertia: Moment of inertia of the base rotation [kg m2]; None: the one with which the base rotation alone
+            has the highest frequency of the building on a fixed base, or 50 times the first one if that is higher. It
+            increases the first period by less than 0.1 %.
         law: Storey law of the shear springs: its name, its class, or an object with its parameters.
         gravity_load: Vertical load of each floor [N], shape [floor], or "weight" for the weight of the floor masses;
             None: no P-Delta.
@@ -58,7 +79,7 @@ class FlexuralShearBuilding(BuiltStructure):
     Raises:
         ValueError: If a value is out of its range, a length is wrong, neither a period nor stiffnesses are given, or
             both are given, or the building buckles.
-        TypeError: If `law` is neither a name nor a law.
+        TypeError: If `law` is neither a name nor a law, or `base_hinge` is not a dictionary.
 
     Example:
         >>> tower = wd.FlexuralShearBuilding(
@@ -79,6 +100,8 @@ class FlexuralShearBuilding(BuiltStructure):
         alpha0: float | None = None,
         bending_stiffness: ArrayLike | None = None,
         shear_stiffness: ArrayLike | None = None,
+        base_hinge: Mapping[str, Any] | None = None,
+        base_inertia: float | None = None,
         law: str | Law | type[Law] = "elastic",
         gravity_load: ArrayLike | str | None = None,
         damping: str = "none",
@@ -100,29 +123,57 @@ class FlexuralShearBuilding(BuiltStructure):
         stiffness = self.stick.storey_shear_stiffness
         springs = storey_springs("FlexuralShearBuilding", names, drifts, stiffness, law, parameters)
         forces = axial_forces(gravity_load, masses)
+        gravity = None if forces is None else geometric_stiffness(_loads_of(forces), heights)
+        wall, inertia = self.stick.bending_matrix, []
+        dofs = floors
+        if base_hinge is not None:
+            wall = bending_matrix_with_base_rotation(heights, self.stick.bending_stiffness)
+            springs = [_hinge(base_hinge), *springs]
+            inertia = [self._base_inertia(base_inertia, wall[0, 0] + springs[0].stiffness)]
+            dofs = [ROTATION, *floors]
+            gravity = None if gravity is None else np.pad(gravity, ((1, 0), (1, 0)))
+        elif base_inertia is not None:
+            raise ValueError("base_inertia needs a base_hinge: give base_hinge=, or remove base_inertia=")
         outputs = {f"drift {storey + 1}": drift for storey, drift in enumerate(drifts)}
-        resisting = {"wall base": self.stick.bending_matrix}
-        if springs[0].law.is_linear:
-            resisting["base"] = self.stick.stiffness
+        resisting = {"wall base": wall[-storeys:]}  # forces on floors
+        if all(spring.law.is_linear for spring in springs):
+            frame = chain_stiffness_matrix(stiffness)
+            resisting["base"] = wall[-storeys:] + np.pad(frame, ((0, 0), (len(wall) - storeys, 0)))
         for name, matrix in resisting.items():
-            outputs[f"{name} shear"] = dict(zip(floors, matrix.sum(axis=0).tolist(), strict=True))
-            outputs[f"{name} moment"] = dict(zip(floors, (self.floor_heights @ matrix).tolist(), strict=True))
+            outputs[f"{name} shear"] = dict(zip(dofs, matrix.sum(axis=0).tolist(), strict=True))
+            outputs[f"{name} moment"] = dict(zip(dofs, (self.floor_heights @ matrix).tolist(), strict=True))
         super().__init__(
-            dict(zip(floors, masses.tolist(), strict=True)),
+            dict(zip(dofs, [*inertia, *masses.tolist()], strict=True)),
             springs,
-            stiffness_matrix=self.stick.bending_matrix,
-            geometric_stiffness=None if forces is None else geometric_stiffness(_loads_of(forces), heights),
+            influence=dict.fromkeys(floors, 1.0),
+            stiffness_matrix=wall,
+            geometric_stiffness=gravity,
             outputs=outputs,
             damping=damping,
             damping_ratio=damping_ratio,
             damping_modes=damping_modes,
         )
 
+    def _base_inertia(self, given: float | None, stiffness: float) -> float:
+        """Return the moment of inertia of the base rotation [kg m2], which has a rotational stiffness [N m]."""
+        if given is not None:
+            return real_number("base_inertia [kg m2]", given, above=0)
+        periods = self.stick.periods
+        return float(stiffness * (min(periods[-1], periods[0] / LEAST_RATIO) / (2 * np.pi)) ** 2)
+
     def __repr__(self) -> str:
-        return (
-            f"FlexuralShearBuilding({self.dofs} storeys, T = {self.fundamental_period:.4g} s, law={self.law!r}, "
-            f"damping={self.damping!r})"
+        size = f"{self.floor_heights.size} storeys, T = {self.fundamental_period:.4g} s"
+        return f"FlexuralShearBuilding({size}, law={self.law!r}, damping={self.damping!r})"
+
+
+def _hinge(given: Mapping[str, Any]) -> Spring:
+    """Return the rotational spring at the base."""
+    if not isinstance(given, Mapping) or not {"name", "direction"}.isdisjoint(given):
+        raise TypeError(
+            "base_hinge must be a dictionary of the law and its parameters, such as {'law': 'bilinear', 'stiffness': "
+            f"1e12, 'yield_force': 4e8, 'hardening_ratio': 0.02}}, got {shortened(given)}"
         )
+    return Spring("base hinge", {ROTATION: 1.0}, **given)
 
 
 def _stick(

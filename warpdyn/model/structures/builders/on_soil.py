@@ -234,7 +234,7 @@ def _heights(
         if isinstance(given, ShearBuilding):
             return np.cumsum(given.parameters["height"])
         if isinstance(given, FlexuralShearBuilding):
-            return given.floor_heights
+            return np.append(np.zeros(given.dofs - given.floor_heights.size), given.floor_heights)
         raise ValueError(
             f"{function}(): floor_heights is missing: give the height of each degree of freedom in m, such as "
             f"floor_heights={{{structure.dof_names[0]!r}: 3.5}}"
