@@ -145,7 +145,7 @@ def test_a_step_that_is_too_long_for_the_slider_is_detected():
     np.testing.assert_allclose(run["peak_displacement"][0], [0.3710296, 0.1545466], rtol=1e-4)
 
 
-def mixed() -> wd.LumpedStructure:
+def mixed(damping_ratio: float = 0.02) -> wd.LumpedStructure:
     """Return a deck on bearings of three laws, with a brace and a contact."""
     masses = {"x": 4e5, "y": 4e5, "theta": 1.6e7}
     springs = [
@@ -160,7 +160,7 @@ def mixed() -> wd.LumpedStructure:
     wall = laws.YeLiZhuContact(clearance=0.05, hertz_stiffness=2e9, restitution=0.7)
     springs.append(wd.Spring("wall", {"y": 1.0}, law=wall))
     return wd.LumpedStructure(
-        masses, springs, influence=[{"x": 1.0}, {"y": 1.0}], damping="rayleigh", damping_ratio=0.02
+        masses, springs, influence=[{"x": 1.0}, {"y": 1.0}], damping="rayleigh", damping_ratio=damping_ratio
     )
 
 
@@ -196,6 +196,30 @@ def test_several_laws_in_one_structure_are_in_balance(method):
     total = force.transpose("time", "spring").values @ directions + viscous
     # Mass-proportional damping acts on the velocity relative to the base, as in the equation of motion.
     np.testing.assert_allclose(inertia, -total, atol=1e-6 * np.abs(inertia).max())
+
+
+def test_an_event_begins_with_the_state_after_the_last_one():
+    # Two events with a long rest between them, in which the vibration decays, are one motion.
+    first, second = (
+        (pulse(4.0, 1.2, 0.4, 4.0), pulse(3.0, 0.8, 0.4, 4.0)),
+        (pulse(-3.0, 0.9, 0.4, 4.0), pulse(5.0, 0.7, 0.4, 4.0)),
+    )
+    rest = np.zeros(1500)
+    joined = [
+        wd.GroundMotion(np.concatenate([a.acceleration, rest, b.acceleration]), 0.01)
+        for a, b in zip(first, second, strict=True)
+    ]
+    both = [
+        wd.PairOfMotions(*(wd.GroundMotion(np.concatenate([each.acceleration, rest]), 0.01) for each in motions))
+        for motions in (first, second)
+    ]
+    sequence = wd.EventSequence(dict(zip(("first", "second"), both, strict=True)))
+    events = wd.simulate(wd.Scene(mixed(0.15), sequence, recorders=("spring",)), step=1e-3, **SETTINGS)
+    whole = wd.simulate(wd.Scene(mixed(0.15), wd.PairOfMotions(*joined), recorders=("spring",)), step=1e-3, **SETTINGS)
+    assert (events["peak_spring_force"].values[0, 0] != events["peak_spring_force"].values[0, 1]).all()
+    assert (events["peak_spring_force"].values[0, 1] > events["peak_spring_force"].values[0, 0]).any()
+    found = events["peak_spring_force"].max("event").values[0]
+    np.testing.assert_allclose(found, whole["peak_spring_force"].values[0], rtol=1e-4)
 
 
 def test_random_parameters_are_equal_in_both_components():

@@ -5,6 +5,7 @@ Their rows of deformations and forces follow those of the other springs; their c
 
 from warpdyn.engine.kernels.lumped.pattern import PAIR
 from warpdyn.engine.kernels.plan import tableau
+from warpdyn.engine.laws.springs import spring_row
 
 order = 20
 BORROWS = {"settling": ("fastest",)}
@@ -43,6 +44,9 @@ def names(plan):
         "FIRST_OF_PAIRS": pattern.values + pattern.springs * pattern.has_dashpots,
         "PAIRS_MOVE": law.rate is not None,
         "PAIRS_MAP": law.mapping is not None,
+        "RESUMES": plan.resumes,
+        "LEAVES_STATE": "state" in plan.recorders,
+        "FIRST_VALUE": pattern.single_springs * spring_row(plan.law).memory,
         "PUSHES": plan.starts_displaced,
         "PUSHED_STEPS": 1000,
         "pushed_share": wp.constant(dtype(1e-3)),
@@ -62,6 +66,13 @@ def declare():
     zps = pair_memories()  # of this stage
     zpn = pair_memories()  # slopes summed up stage by stage
     pair_slope = pair_slopes()  # rates of the memory in every stage, of methods that keep them
+
+
+def read_sample():
+    if RESUMES:
+        for m in range(PAIRS * PAIR_M):
+            zp[m, j] = structures.initial_memory[FIRST_VALUE + m, s]
+            zps[m, j] = zp[m, j]
 
 
 def push_springs():
@@ -154,6 +165,12 @@ def end_step():
                 for m in range(PAIR_M):
                     zp[pair * PAIR_M + m, j] = kept[m]
                     zps[pair * PAIR_M + m, j] = kept[m]
+
+
+def write():
+    if LEAVES_STATE:
+        for m in range(PAIRS * PAIR_M):
+            output.final_memory[FIRST_VALUE + m, o] = zp[m, j]
 
 
 def after_finish():

@@ -44,7 +44,7 @@ def declare():
     last_interval = indices()  # the last interval whose states are recorded
 
 
-def read_spring():
+def read_spring_row():
     inverse_capacity[i, j] = structures.inverse_drift_capacity[i, s]
 
 
