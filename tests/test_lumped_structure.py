@@ -28,6 +28,7 @@ def test_peaks_and_frequencies_of_another_program(case):
         assert own == pytest.approx(due, rel=1e-6)
     run = run_of(case, histories=wd.Histories([0], every=100))
     assert run["status"].item() == 0
+    assert abs(run["energy_balance_error"].item()) < 2e-8
     found, due = [], []
     for name, places in case.peaks.items():
         dim = run[name].dims[1]
@@ -86,13 +87,18 @@ def test_a_chain_of_springs_is_a_shear_building(law, method):
     chain, lumped = chain_and_lumped(law, **LAWS[law])
     motion = pulse(5.0, 0.6, 0.3, 4.0)
     settings = {"step": 0.005, "dtype": "float64", "device": "cpu", "method": method}
-    one = wd.simulate(wd.Scene(chain, motion, recorders=("drift", "acceleration"), tail=1.0), **settings)
-    other = wd.simulate(wd.Scene(lumped, motion, recorders=("spring", "acceleration"), tail=1.0), **settings)
-    for name, due in {
-        "peak_spring_deformation": "peak_storey_drift",
-        "peak_acceleration": "peak_floor_acceleration",
-    }.items():
+    recorders = ("acceleration", "energy", "residual")
+    one = wd.simulate(wd.Scene(chain, motion, recorders=(*recorders, "drift")), **settings)
+    other = wd.simulate(wd.Scene(lumped, motion, recorders=(*recorders, "spring")), **settings)
+    names = {"peak_spring_deformation": "peak_storey_drift", "peak_acceleration": "peak_floor_acceleration"}
+    for name, due in names.items():
         np.testing.assert_allclose(other[name], one[due], rtol=1e-10)
+    residual = 3.0 * one["residual_drift_ratio"]  # m; storeys are 3 m high
+    largest = one["peak_storey_drift"].max().item()
+    np.testing.assert_allclose(other["residual_deformation"], residual, atol=1e-10 * largest)
+    for name in ("input_energy", "viscous_energy", "hysteretic_energy"):
+        np.testing.assert_allclose(other[name], one[name], atol=1e-12 * one["input_energy"].item())
+    assert other["energy_balance_error"].item() == pytest.approx(one["energy_balance_error"].item(), abs=1e-12)
 
 
 def test_degrees_of_freedom_at_another_point_give_the_same_response():
@@ -163,8 +169,12 @@ def test_collapse_is_that_of_a_shear_building():
     lumped = wd.LumpedStructure(mass, springs, damping="rayleigh", damping_ratio=0.05)
     motions = [pulse(amplitude, 0.6, 0.3, 6.0) for amplitude in np.linspace(1.0, 12.0, 20)]
     settings = {"dtype": "float64", "device": "cpu", "method": "rk4"}
-    one = wd.simulate(wd.Scene(chain, wd.Cloud(motions), recorders=("drift", "acceleration"), tail=1.0), **settings)
-    other = wd.simulate(wd.Scene(lumped, wd.Cloud(motions), recorders=("spring", "acceleration"), tail=1.0), **settings)
+    one = wd.simulate(
+        wd.Scene(chain, wd.Cloud(motions), recorders=("drift", "acceleration", "residual"), tail=1.0), **settings
+    )
+    other = wd.simulate(
+        wd.Scene(lumped, wd.Cloud(motions), recorders=("spring", "acceleration", "residual"), tail=1.0), **settings
+    )
     np.testing.assert_array_equal(other["status"], one["status"])
     assert 0 < (one["status"] == 1).sum() < 20
     np.testing.assert_allclose(other["time_of_collapse"], one["time_of_collapse"], rtol=1e-9)
@@ -172,6 +182,7 @@ def test_collapse_is_that_of_a_shear_building():
     np.testing.assert_array_equal(other["spring_of_collapse"], np.where(storey > 0, storey - 1, -1))
     np.testing.assert_allclose(other["peak_spring_deformation"], one["peak_storey_drift"], rtol=1e-9)
     np.testing.assert_allclose(other["peak_acceleration"], one["peak_floor_acceleration"], rtol=1e-9)
+    np.testing.assert_allclose(other["residual_deformation"], 3.0 * one["residual_drift_ratio"], atol=1e-10)
 
 
 @pytest.mark.parametrize("law", ["bilinear", "bouc_wen", "peak_oriented"])

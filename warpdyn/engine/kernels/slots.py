@@ -270,6 +270,13 @@ GROUPS: dict[str, dict[str, Slot]] = {
         "end_spring": _slot(
             "spring, lane", "After the force of a spring is known (lumped structures).", "rate memory c", "z zs zn"
         ),
+        "see_power_of_spring": _slot(
+            "spring, lane",
+            "Sum up the powers of a spring in a stage (lumped structures).",
+            "restoring dashpot rate",
+        ),
+        "see_powers": _slot("kernel", "Sum up the powers of a stage (lumped structures)."),
+        "energy_of_state": _slot("lane", "Compute momenta and elastic forces of the matrices (lumped structures)."),
         "gather_springs": _slot("kernel", "Compute the deformations of all springs (lumped structures)."),
         "gather_forces": _slot("kernel", "Compute the accelerations by all springs and matrices (lumped structures)."),
         "accept_springs": _slot("kernel", "Accept the memory of all springs (lumped structures).", "", "z zs zn"),
@@ -375,6 +382,8 @@ GROUPS: dict[str, dict[str, Slot]] = {
             "o drift memory c",
             "rate",
         ),
+        "pair_energy": _slot("lane", "Set stored_in_pair to the elastic energies of a biaxial spring."),
+        "finish_pairs": _slot("lane", "Write the outputs of all biaxial springs to column o (lumped structures).", "o"),
         "finish_spring_row": _slot(
             "spring, lane",
             "Write the outputs of a spring, or of a component of a biaxial spring, to column o.",

@@ -68,7 +68,8 @@ class Scene:
             "monte_carlo". A portfolio always has "monte_carlo".
         recorders: Names of the recorders. None: all recorders, which for a ShearBuilding are "drift", "time_of_peak",
             "acceleration", "base_shear", "residual" and "energy"; for a LinearSystem "displacement", "acceleration" and
-            "energy"; and for a LumpedStructure "spring", "displacement", "acceleration" and "output".
+            "energy"; and for a LumpedStructure "spring", "displacement", "acceleration", "residual", "energy" and
+            "output".
         collapse_drift_ratio: Storey drift ratio [1] at which a sample collapses. Integration of the sample ends at
             collapse: its demands are those up to collapse, its residual drift is missing, and `time_of_collapse` and
             `storey_of_collapse` are recorded. Storeys may also have capacities (`drift_capacity` and

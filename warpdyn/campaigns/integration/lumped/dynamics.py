@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from warpdyn.campaigns.integration.dynamics import Arrays, Dynamics, Modes, slowest_decay
-from warpdyn.engine.kernels.lumped.pattern import PAIR, Pattern, Table, table_of, values_in
+from warpdyn.engine.kernels.lumped.pattern import OF_ENERGIES, PAIR, Pattern, Table, table_of, values_in
 from warpdyn.engine.kernels.output_table import HISTORY, OF_SPRINGS
 from warpdyn.engine.laws.building_law import BuildingLaw
 from warpdyn.engine.laws.elastic.parameters import Elastic
@@ -116,6 +116,8 @@ class LumpedDynamics(Dynamics):
             "damping": structure.damping_between_dofs(parameters, rayleigh),
             "drive": drive,
             "unmoved": influence - drive,
+            "mass": mass,
+            "pull": structure.load_masses(parameters) @ influence,
             "output": np.broadcast_to(structure.output_rows, (count, *structure.output_rows.shape)),
         }
 
@@ -154,11 +156,13 @@ class LumpedDynamics(Dynamics):
         coefficients = self._coefficients(self.springs, parameters, self.variants)
         matrices = self._matrices(parameters, rayleigh.T)
         assert self.pattern is not None
-        terms = [values_in(table, matrices[name]) for name, table in self.pattern.tables.items()]
+        tables = self.pattern.tables
+        terms = [values_in(table, matrices[name]) for name, table in tables.items()]
         if self.pattern.has_dashpots:
-            terms.append(of_structure.dashpots(parameters, rayleigh.T).T)
+            terms.insert(len(tables) - len(OF_ENERGIES), of_structure.dashpots(parameters, rayleigh.T).T)
         if self.pairs is not None:
-            terms.append(self._coefficients(self.pairs, parameters, self.biaxial_variants))
+            of_pairs = self._coefficients(self.pairs, parameters, self.biaxial_variants)
+            terms.insert(len(terms) - len(OF_ENERGIES), of_pairs)
         whole = np.concatenate(terms)
         packed = {
             "coefficients": coefficients if len(coefficients) else np.zeros((1, structures)),

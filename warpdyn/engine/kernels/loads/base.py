@@ -91,7 +91,10 @@ def add_supply_of_walk():
 
 
 def keep_end_of_step():
-    base_last[j] = a0[j] + dtype(substep) * da[j] + da[j]
+    if EXPLICIT_LUMPED:
+        base_last[j] = a0[j] + dtype(substep + 1) * inverse_substeps * da[j]
+    else:
+        base_last[j] = a0[j] + dtype(substep) * da[j] + da[j]
 
 
 def add_supply_at_state():

@@ -1,6 +1,6 @@
 """Deformations of the springs of a lumped structure, and its accelerations, as statements for this structure alone."""
 
-from warpdyn.engine.kernels.lumped.pattern import products, transposed
+from warpdyn.engine.kernels.lumped.pattern import OF_ENERGIES, products, transposed
 
 FIELDS = {
     # Values of the entries of all matrices, of dashpots, and coefficients of biaxial springs, [value, structure].
@@ -29,10 +29,7 @@ def names(plan):
     ground = "base" if pattern.components == 1 else "ground"
     by_row = transposed(pattern.deformation, plan.dofs)
     count = pattern.values + pattern.springs * pattern.has_dashpots
-    if pattern.biaxial_law is not None:
-        from warpdyn.engine.laws.biaxial.functions import biaxial_functions
-
-        count += pattern.pairs * biaxial_functions(pattern.biaxial_law).coefficients
+    count += pattern.values_of_pairs + (pattern.values_of_energies if "energy" in plan.recorders else 0)
     return {
         "ROWS": pattern.springs,
         "TERMS": count,
@@ -61,6 +58,8 @@ def first_places(pattern):
     """Return {name of a table: place of its first value among the terms}."""
     found, place = {}, 0
     for name, table in pattern.tables.items():
+        if name == OF_ENERGIES[0]:
+            place += pattern.springs * pattern.has_dashpots + pattern.values_of_pairs
         found[name] = place
         place += table.values
     return found

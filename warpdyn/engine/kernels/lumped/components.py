@@ -29,6 +29,8 @@ def declare():
     ground_begin = components()  # base acceleration at the start of the interval, and its change over the interval
     ground_change = components()
     ground = components()
+    ground_last = components()  # at the end of the last step
+    momentum_along = components()  # of the load mass, along each component
 
 
 def settle_lane():
@@ -36,6 +38,22 @@ def settle_lane():
         begin, change = sampled(loads, motion[j], interval, live_intervals[j], MOTIONS, k, scale[j])
         ground_begin[k, j] = begin
         ground_change[k, j] = change
+
+
+def add_supply_of_walk():
+    for k in range(MOTIONS):
+        if TRAPEZOIDAL:
+            # If the motion jumps, a step may end with another value than the next one starts with.
+            if stage == 0:
+                impulse = dtype(0.5) * (h_last[j] * ground_last[k, j] + h[j] * ground[k, j])
+                energy_in[j] -= impulse * momentum_along[k, j]
+        else:
+            power_in[j] -= ground[k, j] * momentum_along[k, j]
+
+
+def keep_end_of_step():
+    for k in range(MOTIONS):
+        ground_last[k, j] = ground_begin[k, j] + dtype(substep + 1) * inverse_substeps * ground_change[k, j]
 
 
 def begin_walk():

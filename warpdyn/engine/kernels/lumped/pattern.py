@@ -9,10 +9,11 @@ from dataclasses import dataclass, field, fields
 
 import numpy as np
 
-from warpdyn.engine.laws.springs import StoreyRules
+from warpdyn.engine.laws.springs import StoreyRules, number_of_coefficients
 
 TERMS_PER_STATEMENT = 3  # so that no line is longer than 120 columns
 PAIR = 2  # components of a biaxial spring
+OF_ENERGIES = ("mass", "pull")  # the last tables of a pattern
 UNIT = -1  # place of a value that is 1 in all structures
 
 
@@ -64,6 +65,8 @@ class Pattern:
         drive: M^-1 times the load mass times the influence matrix, [dof, component].
         unmoved: Influence matrix minus `drive`, [dof, component]; empty if the load mass is the mass matrix.
         output: Outputs, from displacements of the degrees of freedom, [output, dof].
+        mass: Mass matrix, [dof, dof].
+        pull: Load mass times influence matrix, [dof, component].
         components: Number of components of the base motion.
         has_dashpots: Whether a spring has a dashpot.
         pairs: Number of biaxial springs; the deformations of their components are the last rows of `deformation`.
@@ -77,6 +80,8 @@ class Pattern:
     drive: Table = field(default_factory=Table)
     unmoved: Table = field(default_factory=Table)
     output: Table = field(default_factory=Table)
+    mass: Table = field(default_factory=Table)
+    pull: Table = field(default_factory=Table)
     components: int = 1
     has_dashpots: bool = False
     pairs: int = 0
@@ -100,8 +105,18 @@ class Pattern:
 
     @property
     def values(self) -> int:
-        """Number of values of all tables."""
-        return sum(table.values for table in self.tables.values())
+        """Number of values of all tables except those that only energies need."""
+        return sum(table.values for name, table in self.tables.items() if name not in OF_ENERGIES)
+
+    @property
+    def values_of_pairs(self) -> int:
+        """Number of coefficients of the biaxial springs, which follow the values of dashpots."""
+        return 0 if self.biaxial_law is None else self.pairs * number_of_coefficients(self.biaxial_law)
+
+    @property
+    def values_of_energies(self) -> int:
+        """Number of values of the tables that only energies need, which follow the other values."""
+        return sum(self.tables[name].values for name in OF_ENERGIES)
 
 
 def table_of(matrices: np.ndarray) -> Table:

@@ -126,3 +126,6 @@ def write():
         output.time_of_collapse[o] = collapse_time[j]
     if status == collapsed:
         output.spring_of_collapse[o] = int(collapse_spring[j]) - 1
+        if RESIDUAL:  # NaN: a collapsed structure has no residual deformation
+            for unsettled in range(ROWS):
+                output.residual_deformation[unsettled, o] = wp.sqrt(dtype(-1.0))

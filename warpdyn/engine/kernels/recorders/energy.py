@@ -3,14 +3,20 @@
 from warpdyn.foundations.core.output_variables import Variable
 
 order = 50
+BORROWS = {"powers": ("momentum_of", "sprung")}
 SUPPLIED = ("input_energy", "viscous_energy")
 OF_ALL = {
     "input_energy": Variable((), "J", "energy put in by the load"),
     "viscous_energy": Variable((), "J", "energy dissipated by viscous damping", scale=SUPPLIED),
     "energy_balance_error": Variable((), "1", "unaccounted energy over the largest energy supplied", is_demand=False),
 }
+OF_SPRINGS = Variable(("spring",), "J", "energy dissipated by the spring's law", scale=SUPPLIED)
 OF_STOREYS = Variable(("storey",), "J", "energy dissipated by the storey's hysteresis", scale=SUPPLIED)
-VARIABLES = {"chain": {**OF_ALL, "hysteretic_energy": OF_STOREYS}, "dense": OF_ALL}
+VARIABLES = {
+    "chain": {**OF_ALL, "hysteretic_energy": OF_STOREYS},
+    "lumped": {**OF_ALL, "hysteretic_energy": OF_SPRINGS},
+    "dense": OF_ALL,
+}
 
 
 def wanted(plan):
@@ -31,10 +37,10 @@ def values_held(plan):
 def declare():
     energy_in = row()
     energy_viscous = row()
-    absorbed = matrix()
+    absorbed = spring_rows() if EXPLICIT_LUMPED else matrix()
     initial_energy = row()
     supplied = row()  # the largest energy of the sample so far, to which the balance error is relative
-    if EXPLICIT_CHAIN:
+    if EXPLICIT_CHAIN or EXPLICIT_LUMPED:
         h_last = row()
     power_in = row()
     momentum = row()
@@ -235,7 +241,7 @@ def end_stages():
 
 
 def end_step():
-    if EXPLICIT_CHAIN:
+    if EXPLICIT_CHAIN or EXPLICIT_LUMPED:
         for j in range(LANES):
             put_in = energy_in[j]
             if SECTIONS:
@@ -253,6 +259,8 @@ def end_step():
 
 def finish():
     kept = dtype(0.0)  # kinetic energy at the end, and absorbed energy
+    if EXPLICIT_LUMPED:
+        slot("energy_of_state")
     if IMPLICIT_CHAIN:
         unaccounted = initial_energy[j] + energy_in[j] - energy_viscous[j]
     if DENSE:
@@ -262,11 +270,22 @@ def finish():
 
 
 def finish_storey():
+    if EXPLICIT_LUMPED:
+        kept += dtype(0.5) * (momentum_of[i, j] * v[i, j] + sprung[i, j] * u[i, j])
     if PROPAGATED:
         swing = x[N + i, j] * x[N + i, j] + stiffness[i, j] * x[i, j] * x[i, j]
         kept += dtype(0.5) * modal_mass[j] * swing
         if IS_CHAIN:
             output.hysteretic_energy[i, o] = dtype(0.0)  # elastic storeys return all their energy
+
+
+def finish_spring():
+    slot("accepted_drift")
+    slot("storey_coefficients")
+    slot("accepted_memory")
+    stored = recoverable_of(drift, memory, c)
+    output.hysteretic_energy[i, o] = absorbed[i, j] - stored
+    kept += absorbed[i, j]
 
 
 def finish_drift():

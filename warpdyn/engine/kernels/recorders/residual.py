@@ -1,4 +1,4 @@
-"""Residual drift ratio of every storey: the mean over the end of the run."""
+"""Residual drift ratio of every storey, or deformation of every spring: the mean over the end of the run."""
 
 from warpdyn.foundations.core.output_variables import Variable
 
@@ -10,6 +10,14 @@ VARIABLES = {
             "1",
             "storey drift ratio, Hann-weighted mean over the end of the run",
             scale=("peak_storey_drift_ratio",),
+        ),
+    },
+    "lumped": {
+        "residual_deformation": Variable(
+            ("spring",),
+            "m",
+            "deformation of the spring, Hann-weighted mean over the end of the run",
+            scale=("peak_spring_deformation",),
         ),
     },
 }
@@ -34,7 +42,7 @@ def declare():
     residual_start = int(2147483647)
     # A processor sums up in local variables; a GPU in memory, because these steps are too few for registers.
     share_in_mean = row()  # 0 for a lane that adds nothing in this step
-    mean_ratio = matrix()
+    mean_ratio = spring_rows() if EXPLICIT_LUMPED else matrix()
     steps_of_mean = indices()
 
 
@@ -66,23 +74,37 @@ def add_to_means():
             share = weight_in_mean(step[j], since, steps)
             share = wp.where(since < 0, dtype(0.0), share)
             share_in_mean[j] = wp.where(since < steps, share, dtype(0.0))
-        for i in range(N):
-            for j in range(LANES):
-                slot("number_storey")
-                if not HAS_PADS or g < STOREYS:
-                    if PROPAGATED:
-                        ratio = ratio_of_storey[i, j]
-                    else:
-                        slot("accepted_drift")
-                        ratio = drift * inverse_height[i, j]
+        if EXPLICIT_LUMPED:
+            for i in range(ROWS):
+                for j in range(LANES):
                     if LANES > 1:
-                        mean_ratio[i, j] += share_in_mean[j] * ratio
+                        mean_ratio[i, j] += share_in_mean[j] * deformation[i, j]
                     elif since >= 0 and since < steps and block < control.samples:
-                        # Threads beyond the last sample repeat it and must not add to its sum again.
                         o = samples.order[sample[j]]
-                        add_to_mean(output.residual_drift_ratio, g, o, share_in_mean[j] * ratio, since)
+                        add_to_mean(output.residual_deformation, i, o, share_in_mean[j] * deformation[i, j], since)
+        else:
+            for i in range(N):
+                for j in range(LANES):
+                    slot("number_storey")
+                    if not HAS_PADS or g < STOREYS:
+                        if PROPAGATED:
+                            ratio = ratio_of_storey[i, j]
+                        else:
+                            slot("accepted_drift")
+                            ratio = drift * inverse_height[i, j]
+                        if LANES > 1:
+                            mean_ratio[i, j] += share_in_mean[j] * ratio
+                        elif since >= 0 and since < steps and block < control.samples:
+                            # Threads beyond the last sample repeat it and must not add to its sum again.
+                            o = samples.order[sample[j]]
+                            add_to_mean(output.residual_drift_ratio, g, o, share_in_mean[j] * ratio, since)
+
+
+def finish_spring_row():
+    if LANES > 1:
+        output.residual_deformation[i, o] = mean_ratio[i, j]
 
 
 def finish_storey():
-    if LANES > 1:
+    if LANES > 1 and not EXPLICIT_LUMPED:
         output.residual_drift_ratio[g, o] = mean_ratio[i, j]

@@ -27,6 +27,10 @@ def names(plan: Plan) -> dict[str, object]:
         # If the last stage is at the end of the step, its memory is the memory at the end of the step.
         "MAPS_IN_STAGE": is_mapping and law.rate is None and method.ends_in_stage,
         "HANDS_DOWN": False,
+        # If the last stage is at the end of the step, its velocity is not the final velocity of the step. Then energies
+        # are integrated by the trapezoidal rule over accepted states.
+        "TRAPEZOIDAL": method.ends_in_stage,
+        "LAGS": False,
     }
 
 
@@ -49,6 +53,7 @@ def visit_spring():
             f += dashpot
         if stage == 0:
             slot("see_spring")
+        slot("see_power_of_spring")
         spring_force[i, j] = f
         slot("end_spring")
 
@@ -130,7 +135,11 @@ def integrate_lumped(
                             net = dtype(0.0)
                             slot("add_load")
                             applied[i, j] = net
+                            if ENERGY:
+                                vi = vs[i, j]
+                                slot("add_supply")
                 slot("gather_forces")
+                slot("see_powers")
                 for i in range(N):
                     for j in range(LANES):
                         vi = vs[i, j]
@@ -174,6 +183,7 @@ def integrate_lumped(
             slot("finish_spring")
         for i in range(ROWS):
             slot("finish_spring_row")
+        slot("finish_pairs")
         slot("after_finish")
         status = ok
         slot("judge_demand")
