@@ -145,7 +145,7 @@ def test_a_step_that_is_too_long_for_the_slider_is_detected():
     np.testing.assert_allclose(run["peak_displacement"][0], [0.3710296, 0.1545466], rtol=1e-4)
 
 
-def mixed() -> wd.LumpedStructure:
+def mixed(damping_ratio: float = 0.02) -> wd.LumpedStructure:
     """Return a deck on bearings of three laws, with a brace and a contact."""
     masses = {"x": 4e5, "y": 4e5, "theta": 1.6e7}
     springs = [
@@ -160,7 +160,7 @@ def mixed() -> wd.LumpedStructure:
     wall = laws.YeLiZhuContact(clearance=0.05, hertz_stiffness=2e9, restitution=0.7)
     springs.append(wd.Spring("wall", {"y": 1.0}, law=wall))
     return wd.LumpedStructure(
-        masses, springs, influence=[{"x": 1.0}, {"y": 1.0}], damping="rayleigh", damping_ratio=0.02
+        masses, springs, influence=[{"x": 1.0}, {"y": 1.0}], damping="rayleigh", damping_ratio=damping_ratio
     )
 
 
@@ -196,6 +196,49 @@ def test_several_laws_in_one_structure_are_in_balance(method):
     total = force.transpose("time", "spring").values @ directions + viscous
     # Mass-proportional damping acts on the velocity relative to the base, as in the equation of motion.
     np.testing.assert_allclose(inertia, -total, atol=1e-6 * np.abs(inertia).max())
+
+
+@pytest.mark.parametrize("method", ["rk4", "velocity_verlet"])
+def test_energies_are_in_balance(method):
+    motion = wd.PairOfMotions(pulse(4.0, 1.2, 0.4, 4.0), pulse(3.0, 0.8, 0.4, 4.0))
+    structure = mixed()
+    scene = wd.Scene(structure, motion, recorders=("energy", "spring"), tail=2.0)
+    run = wd.simulate(scene, step=2e-4, method=method, histories=wd.Histories([0]), **SETTINGS)
+    assert run["energy_balance_error"].item() < 1e-5
+    history = run.isel(history=0)
+    for bearing in structure.given_springs:
+        rows = [bearing.name] if isinstance(bearing, wd.Spring) else [f"{bearing.name} {axis}" for axis in "xy"]
+        moved = np.diff(history["spring_deformation"].sel(spring=rows).transpose("time", "spring").values, axis=0)
+        force = history["spring_force"].sel(spring=rows).transpose("time", "spring").values
+        work = ((force[1:] + force[:-1]) / 2 * moved).sum()
+        found = run["hysteretic_energy"].isel(sample=0).sel(spring=rows).sum().item()
+        stored = 0.5 * (force[-1] ** 2).sum() / STIFFNESS  # at most, but of the brace
+        assert found == pytest.approx(work, abs=2 * stored + 1e-3 * work)
+        assert found > 0
+
+
+def test_an_event_begins_with_the_state_after_the_last_one():
+    # Two events with a long rest between them, in which the vibration decays, are one motion.
+    first, second = (
+        (pulse(4.0, 1.2, 0.4, 4.0), pulse(3.0, 0.8, 0.4, 4.0)),
+        (pulse(-3.0, 0.9, 0.4, 4.0), pulse(5.0, 0.7, 0.4, 4.0)),
+    )
+    rest = np.zeros(1500)
+    joined = [
+        wd.GroundMotion(np.concatenate([a.acceleration, rest, b.acceleration]), 0.01)
+        for a, b in zip(first, second, strict=True)
+    ]
+    both = [
+        wd.PairOfMotions(*(wd.GroundMotion(np.concatenate([each.acceleration, rest]), 0.01) for each in motions))
+        for motions in (first, second)
+    ]
+    sequence = wd.EventSequence(dict(zip(("first", "second"), both, strict=True)))
+    events = wd.simulate(wd.Scene(mixed(0.15), sequence, recorders=("spring",)), step=1e-3, **SETTINGS)
+    whole = wd.simulate(wd.Scene(mixed(0.15), wd.PairOfMotions(*joined), recorders=("spring",)), step=1e-3, **SETTINGS)
+    assert (events["peak_spring_force"].values[0, 0] != events["peak_spring_force"].values[0, 1]).all()
+    assert (events["peak_spring_force"].values[0, 1] > events["peak_spring_force"].values[0, 0]).any()
+    found = events["peak_spring_force"].max("event").values[0]
+    np.testing.assert_allclose(found, whole["peak_spring_force"].values[0], rtol=1e-4)
 
 
 def test_random_parameters_are_equal_in_both_components():
@@ -248,6 +291,43 @@ def test_a_scene_is_rebuilt_from_its_json():
     again = wd.Scene.from_json(scene.to_json(), [motion])
     assert again.to_json() == scene.to_json()
     assert isinstance(again.structure.given_springs[1], wd.BiaxialSpring)
+
+
+def test_free_vibration_returns_the_elastic_energy():
+    # Within the yield surface no energy is lost.
+    structure = wd.LumpedStructure({"x": 1e5, "y": 1e5}, [spring_of(FORMS["circular"])])
+    load = wd.FreeVibration(1.0, [0.01, -0.02])
+    run = wd.simulate(wd.Scene(structure, load, recorders=("energy", "spring")), step=1e-3, **SETTINGS)
+    assert run["energy_balance_error"].item() < 1e-8
+    assert np.abs(run["hysteretic_energy"]).max() < 1e-7 * 0.5 * STIFFNESS * (0.01**2 + 0.02**2)
+
+
+def test_given_values_must_be_equal_in_both_components():
+    structure = wd.LumpedStructure({"x": 1e5, "y": 1e5}, [spring_of(FORMS["circular"])])
+    motion = pulse(4.0, 1.2, 0.4, 1.0)
+    for values, is_right in (([[2e5, 2e5]], True), ([[2e5, 3e5]], False)):
+        scene = wd.Scene(structure, motion, {"yield_force": wd.GivenValues(values)}, recorders=("spring",))
+        if is_right:
+            assert wd.simulate(scene, **SETTINGS)["status"].item() == 0
+        else:
+            with pytest.raises(
+                ValueError, match="biaxial spring 'bearing': yield_force differs between its components"
+            ):
+                wd.simulate(scene, **SETTINGS)
+
+
+@pytest.mark.parametrize("form", [*FORMS, "slider"])
+def test_single_precision_gives_the_same_peaks(form):
+    structure = slider_on()
+    if form in FORMS:
+        structure = wd.LumpedStructure(
+            {"x": 1e5, "y": 1e5}, [spring_of(FORMS[form])], influence=[{"x": 1.0}, {"y": 1.0}]
+        )
+    motion = wd.PairOfMotions(pulse(4.0, 1.2, 0.4, 4.0), pulse(3.0, 0.8, 0.4, 4.0))
+    scene = wd.Scene(structure, motion, recorders=("spring",))
+    one, other = (wd.simulate(scene, step=1e-3, dtype=dtype, device="cpu") for dtype in ("float32", "float64"))
+    for name in ("peak_spring_deformation", "peak_spring_force"):
+        np.testing.assert_allclose(one[name], other[name], rtol=2e-4)
 
 
 COMMON = {"direction_x": {"x": 1.0}, "direction_y": {"y": 1.0}, "stiffness": STIFFNESS}

@@ -173,6 +173,34 @@ def test_contacts_act_beside_other_laws():
                 assert run[name].sel(spring=spring.name).item() == pytest.approx(due, rel=1e-10)
 
 
+@pytest.mark.parametrize("kind", FREE_IMPACTS)
+def test_energies_of_an_impact(kind):
+    # The dashpot of the contact dissipates the kinetic energy that the rebound lacks.
+    held = LINEAR if "contact_stiffness" in kind.parameters else HERTZ | {"impact_mass": IMPACT_MASS}
+    law = kind(restitution=0.65, **{name: value for name, value in held.items() if name in kind.parameters})
+    obtained, _ = impact(law)
+    soft = (2 * np.pi / 2000) ** 2
+    springs = [wd.Spring(name, {name: 1.0}, stiffness=mass * soft) for name, mass in zip("12", MASSES, strict=True)]
+    springs.append(wd.Spring("contact", {"1": 1.0, "2": -1.0}, law=law))
+    pair = wd.LumpedStructure(dict(zip("12", MASSES, strict=True)), springs)
+    scene = wd.Scene(pair, wd.FreeVibration(0.3, 0.0, [1.0, 0.0]), recorders=("energy",))
+    run = wd.simulate(scene, step=1e-4, **SETTINGS)
+    lost = run["hysteretic_energy"].sel(spring="contact").item()
+    assert lost == pytest.approx(0.5 * IMPACT_MASS * (1 - obtained**2), rel=3e-3)
+    assert run["energy_balance_error"].item() < 2e-3
+
+
+@pytest.mark.parametrize("kind", [*FREE_IMPACTS, laws.HertzContact])
+def test_single_precision_gives_the_same_peaks(kind):
+    held = LINEAR if "contact_stiffness" in kind.parameters else HERTZ | {"impact_mass": IMPACT_MASS}
+    values = {name: value for name, value in (held | {"restitution": 0.65}).items() if name in kind.parameters}
+    case = with_contact(kind(**values))
+    scene = wd.Scene(case.structure, case.motion, recorders=("spring",))
+    one, other = (wd.simulate(scene, step=1e-3, dtype=dtype, device="cpu") for dtype in ("float32", "float64"))
+    for name in ("peak_spring_deformation", "peak_spring_force"):
+        np.testing.assert_allclose(one[name], other[name], rtol=1e-3)
+
+
 MISTAKES = {
     "unknown parameter": (
         lambda: wd.Spring("wall", {"1": 1.0}, law="ye_li_zhu_contact", restitution=0.6, stiffnes=1.0, **HERTZ),

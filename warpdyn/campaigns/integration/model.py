@@ -17,9 +17,8 @@ from warpdyn.engine.kernels import arguments
 from warpdyn.engine.kernels.auxiliary.interpolation import interpolated
 from warpdyn.engine.kernels.build import composed, fitted, undivided
 from warpdyn.engine.kernels.output_table import RECORDERS, STATE, recorded
-from warpdyn.engine.kernels.plan import Plan
+from warpdyn.engine.kernels.plan import Plan, memory_of_springs
 from warpdyn.engine.kernels.queues import checked_devices
-from warpdyn.engine.laws.springs import spring_row
 from warpdyn.engine.methods.defaults import FALLBACK
 from warpdyn.engine.methods.kinds import MultistepMethod
 from warpdyn.engine.methods.table import METHODS, Method, check_fits
@@ -192,10 +191,8 @@ class Model:
         outputs = self._recorded(self.plan.recorders)
         shapes = {name: tuple(map(self.plan.length, v.dims)) for name, v in outputs.items()} | {"status": ()}
         if STATE in self.plan.recorders:
-            memory = spring_row(self.plan.law).memory * (
-                self.plan.dofs if self.plan.pattern is None else self.plan.pattern.springs
-            )
-            values = {"displacement": self.plan.dofs, "velocity": self.plan.dofs, "memory": memory}
+            dofs = self.plan.dofs
+            values = {"displacement": dofs, "velocity": dofs, "memory": memory_of_springs(self.plan)}
             shapes |= {f"final_{name}": (count,) for name, count in values.items() if count}
         return shapes
 

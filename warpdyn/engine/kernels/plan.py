@@ -131,6 +131,20 @@ def constants(plan: Plan, values: object) -> object:
     return wp.constant(wp.types.vector(length=row.size, dtype=DTYPES[plan.dtype])(*row))
 
 
+def memory_of_springs(plan: Plan) -> int:
+    """Return the number of memory values of all storeys or springs."""
+    memory = spring_row(plan.law).memory
+    if plan.pattern is None:
+        return memory * plan.dofs
+    if plan.pattern.biaxial_law is None:
+        return memory * plan.pattern.springs
+    from warpdyn.engine.laws.biaxial.functions import biaxial_functions
+
+    return (
+        memory * plan.pattern.single_springs + biaxial_functions(plan.pattern.biaxial_law).memory * plan.pattern.pairs
+    )
+
+
 def keeps_drifts(plan: Plan) -> bool:
     """Return whether the unknowns of the plan's method are storey drifts (multistep methods)."""
     return isinstance(METHODS[plan.method], MultistepMethod)

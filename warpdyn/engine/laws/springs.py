@@ -80,6 +80,15 @@ def is_mixed(rules: StoreyRules) -> bool:
     return isinstance(rules, OneOrOther) or (isinstance(rules, SideBySide) and is_mixed(rules.first))
 
 
+def number_of_coefficients(rules: StoreyRules) -> int:
+    """Return the number of coefficients that device functions read."""
+    if isinstance(rules, SideBySide):
+        return number_of_coefficients(rules.first) + len(rules.second.coefficients)
+    if isinstance(rules, OneOrOther):
+        return 1 + max(len(rules.first.coefficients), number_of_coefficients(rules.other))
+    return len(rules.coefficients)
+
+
 @functools.cache
 def spring_row(rules: StoreyRules) -> Spring:
     """Return the device functions of a variant, or of laws combined with dampers or stops; each is made only once.

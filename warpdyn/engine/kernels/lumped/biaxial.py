@@ -5,9 +5,10 @@ Their rows of deformations and forces follow those of the other springs; their c
 
 from warpdyn.engine.kernels.lumped.pattern import PAIR
 from warpdyn.engine.kernels.plan import tableau
+from warpdyn.engine.laws.springs import spring_row
 
 order = 20
-BORROWS = {"settling": ("fastest",)}
+BORROWS = {"settling": ("fastest",), "energy": ("absorbed", "initial_energy", "kept")}
 
 
 def wanted(plan):
@@ -31,6 +32,7 @@ def names(plan):
     values = pattern.pairs * law.memory
     functions = {
         "pair_force_of": law.force,
+        "pair_energy_of": law.elastic_energy,
         "pair_rate_of": law.rate,
         "pair_relaxation_of": law.relaxation_rate,
         "pair_mapping_of": law.mapping,
@@ -43,6 +45,9 @@ def names(plan):
         "FIRST_OF_PAIRS": pattern.values + pattern.springs * pattern.has_dashpots,
         "PAIRS_MOVE": law.rate is not None,
         "PAIRS_MAP": law.mapping is not None,
+        "RESUMES": plan.resumes,
+        "LEAVES_STATE": "state" in plan.recorders,
+        "FIRST_VALUE": pattern.single_springs * spring_row(plan.law).memory,
         "PUSHES": plan.starts_displaced,
         "PUSHED_STEPS": 1000,
         "pushed_share": wp.constant(dtype(1e-3)),
@@ -64,6 +69,13 @@ def declare():
     pair_slope = pair_slopes()  # rates of the memory in every stage, of methods that keep them
 
 
+def read_sample():
+    if RESUMES:
+        for m in range(PAIRS * PAIR_M):
+            zp[m, j] = structures.initial_memory[FIRST_VALUE + m, s]
+            zps[m, j] = zp[m, j]
+
+
 def push_springs():
     if PUSHES:
         for pair in range(PAIRS):
@@ -71,14 +83,45 @@ def push_springs():
                 own = pair_coefficients()
                 for q in range(PAIR_C):
                     own[q] = terms[FIRST_OF_PAIRS + pair * PAIR_C + q, j]
-                kept = pair_memory()
+                pair_values = pair_memory()
                 whole = two_values(deformation[SPRINGS + 2 * pair, j], deformation[SPRINGS + 2 * pair + 1, j])
                 for increment in range(PUSHED_STEPS):
                     pulled = dtype(increment + 1) * pushed_share
-                    kept = advance_pair(pulled * whole, pushed_share * whole, kept, own)
+                    pair_values = advance_pair(pulled * whole, pushed_share * whole, pair_values, own)
                 for m in range(PAIR_M):
-                    zp[pair * PAIR_M + m, j] = kept[m]
-                    zps[pair * PAIR_M + m, j] = kept[m]
+                    zp[pair * PAIR_M + m, j] = pair_values[m]
+                    zps[pair * PAIR_M + m, j] = pair_values[m]
+
+
+def start():
+    if ENERGY:
+        for j in range(LANES):
+            for pair in range(PAIRS):
+                slot("pair_energy")
+                for side in range(2):
+                    absorbed[SPRINGS + 2 * pair + side, j] = stored_in_pair[side]
+                    initial_energy[j] += stored_in_pair[side]
+
+
+def pair_energy():
+    own = pair_coefficients()
+    for q in range(PAIR_C):
+        own[q] = terms[FIRST_OF_PAIRS + pair * PAIR_C + q, j]
+    pair_values = pair_memory()
+    for m in range(PAIR_M):
+        pair_values[m] = zp[pair * PAIR_M + m, j]
+    pair_drift = two_values(deformation[SPRINGS + 2 * pair, j], deformation[SPRINGS + 2 * pair + 1, j])
+    stored_in_pair = pair_energy_of(pair_drift, pair_values, own)
+
+
+def finish_pairs():
+    if ENERGY:
+        for pair in range(PAIRS):
+            slot("pair_energy")
+            for side in range(2):
+                place = SPRINGS + 2 * pair + side
+                output.hysteretic_energy[place, o] = absorbed[place, j] - stored_in_pair[side]
+                kept += absorbed[place, j]
 
 
 def visit_pairs():
@@ -87,13 +130,13 @@ def visit_pairs():
             own = pair_coefficients()
             for q in range(PAIR_C):
                 own[q] = terms[FIRST_OF_PAIRS + pair * PAIR_C + q, j]
-            kept = pair_memory()
+            pair_values = pair_memory()
             for m in range(PAIR_M):
-                kept[m] = zps[pair * PAIR_M + m, j]
+                pair_values[m] = zps[pair * PAIR_M + m, j]
             row_of_x = SPRINGS + 2 * pair
             pair_drift = two_values(deformation[row_of_x, j], deformation[row_of_x + 1, j])
             speeds = two_values(deformation_rate[row_of_x, j], deformation_rate[row_of_x + 1, j])
-            forces = pair_force_of(pair_drift, speeds, kept, own)
+            forces = pair_force_of(pair_drift, speeds, pair_values, own)
             for side in range(2):
                 place = row_of_x + side
                 drift = pair_drift[side]
@@ -106,11 +149,12 @@ def visit_pairs():
                     f += dashpot
                 if stage == 0:
                     slot("see_spring", i=place)
+                slot("see_power_of_spring", i=place)
                 spring_force[place, j] = f
             if PAIRS_MOVE:
-                slope_of_pair = pair_rate_of(speeds, kept, own)
+                slope_of_pair = pair_rate_of(speeds, pair_values, own)
                 if SETTLING:
-                    fastest[j] = larger(fastest[j], pair_relaxation_of(speeds, kept, own))
+                    fastest[j] = larger(fastest[j], pair_relaxation_of(speeds, pair_values, own))
                 if KEEPS_SLOPES:
                     for m in range(PAIR_M):
                         pair_slope[(stage * PAIRS + pair) * PAIR_M + m, j] = slope_of_pair[m]
@@ -146,14 +190,20 @@ def end_step():
                 own = pair_coefficients()
                 for q in range(PAIR_C):
                     own[q] = terms[FIRST_OF_PAIRS + pair * PAIR_C + q, j]
-                kept = pair_memory()
+                pair_values = pair_memory()
                 for m in range(PAIR_M):
-                    kept[m] = zp[pair * PAIR_M + m, j]
+                    pair_values[m] = zp[pair * PAIR_M + m, j]
                 pair_drift = two_values(deformation[SPRINGS + 2 * pair, j], deformation[SPRINGS + 2 * pair + 1, j])
-                kept = pair_mapping_of(pair_drift, kept, own)
+                pair_values = pair_mapping_of(pair_drift, pair_values, own)
                 for m in range(PAIR_M):
-                    zp[pair * PAIR_M + m, j] = kept[m]
-                    zps[pair * PAIR_M + m, j] = kept[m]
+                    zp[pair * PAIR_M + m, j] = pair_values[m]
+                    zps[pair * PAIR_M + m, j] = pair_values[m]
+
+
+def write():
+    if LEAVES_STATE:
+        for m in range(PAIRS * PAIR_M):
+            output.final_memory[FIRST_VALUE + m, o] = zp[m, j]
 
 
 def after_finish():

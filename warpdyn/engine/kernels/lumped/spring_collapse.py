@@ -44,7 +44,7 @@ def declare():
     last_interval = indices()  # the last interval whose states are recorded
 
 
-def read_spring():
+def read_spring_row():
     inverse_capacity[i, j] = structures.inverse_drift_capacity[i, s]
 
 
@@ -127,5 +127,5 @@ def write():
     if status == collapsed:
         output.spring_of_collapse[o] = int(collapse_spring[j]) - 1
         if RESIDUAL:  # NaN: a collapsed structure has no residual deformation
-            for unsettled in range(SPRINGS):
+            for unsettled in range(ROWS):
                 output.residual_deformation[unsettled, o] = wp.sqrt(dtype(-1.0))

@@ -75,7 +75,7 @@ def add_to_means():
             share = wp.where(since < 0, dtype(0.0), share)
             share_in_mean[j] = wp.where(since < steps, share, dtype(0.0))
         if EXPLICIT_LUMPED:
-            for i in range(SPRINGS):
+            for i in range(ROWS):
                 for j in range(LANES):
                     if LANES > 1:
                         mean_ratio[i, j] += share_in_mean[j] * deformation[i, j]
@@ -100,7 +100,7 @@ def add_to_means():
                             add_to_mean(output.residual_drift_ratio, g, o, share_in_mean[j] * ratio, since)
 
 
-def finish_spring():
+def finish_spring_row():
     if LANES > 1:
         output.residual_deformation[i, o] = mean_ratio[i, j]
 

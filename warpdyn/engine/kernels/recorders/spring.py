@@ -40,6 +40,6 @@ def restart_recorders():
         peak_force[i, j] = dtype(0.0)
 
 
-def finish_spring():
+def finish_spring_row():
     output.peak_spring_deformation[i, o] = peak_deformation[i, j]
     output.peak_spring_force[i, o] = peak_force[i, j]

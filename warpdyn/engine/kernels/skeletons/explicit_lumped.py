@@ -91,8 +91,9 @@ def integrate_lumped(
         for i in range(SPRINGS):
             for q in range(C):
                 coefficients[i * C + q, j] = structures.coefficients[i * C + q, s]
-        for i in range(ROWS):
             slot("read_spring")
+        for i in range(ROWS):
+            slot("read_spring_row")
         for i in range(N):
             u[i, j] = loads.initial_displacement[i]
             v[i, j] = loads.initial_velocity[i]
@@ -179,8 +180,10 @@ def integrate_lumped(
         for i in range(SPRINGS):
             for m in range(M):
                 total += z[i * M + m, j]
-        for i in range(ROWS):
             slot("finish_spring")
+        for i in range(ROWS):
+            slot("finish_spring_row")
+        slot("finish_pairs")
         slot("after_finish")
         status = ok
         slot("judge_demand")

@@ -43,6 +43,27 @@ def friction_slider_force(deformation: Any, velocity: Any, memory: Any, c: Any):
 
 
 @wp.func
+def biaxial_elastic_energy(deformation: Any, memory: Any, c: Any):
+    half = type(memory[0])(0.5)
+    stiffness, yielding = c[C.POST_YIELD_STIFFNESS], c[C.STRENGTH] / c[C.INVERSE_YIELD_DISPLACEMENT]
+    return type(deformation)(
+        half * (stiffness * deformation[0] * deformation[0] + yielding * memory[M.ZX] * memory[M.ZX]),
+        half * (stiffness * deformation[1] * deformation[1] + yielding * memory[M.ZY] * memory[M.ZY]),
+    )
+
+
+@wp.func
+def friction_slider_elastic_energy(deformation: Any, memory: Any, c: Any):
+    half = type(memory[0])(0.5)
+    slow = c[S.STRENGTH] * (c[S.FAST] - c[S.FAST_LESS_SLOW])
+    stiffness, yielding = c[S.POST_YIELD_STIFFNESS], slow / c[S.INVERSE_YIELD_DISPLACEMENT]
+    return type(deformation)(
+        half * (stiffness * deformation[0] * deformation[0] + yielding * memory[M.ZX] * memory[M.ZX]),
+        half * (stiffness * deformation[1] * deformation[1] + yielding * memory[M.ZY] * memory[M.ZY]),
+    )
+
+
+@wp.func
 def bent_by(power: Any, c: Any):
     """Return the product of power, the factors beta or gamma, and the inverse yield displacement."""
     return c[C.INVERSE_YIELD_DISPLACEMENT] * (c[C.GAMMA] * power + c[C.BETA] * wp.abs(power))
@@ -70,15 +91,23 @@ def friction_slider_decay(velocity: Any, memory: Any, c: Any):
     return c[S.INVERSE_YIELD_DISPLACEMENT] * maximum(power, type(power)(0.0))
 
 
-def _bouc_wen(row: str, force: wp.Function, decay: wp.Function, coefficients: int, power: int = -1) -> BiaxialFunctions:
+def _bouc_wen(
+    row: str,
+    decay: wp.Function,
+    coefficients: int,
+    power: int = -1,
+    force: wp.Function = biaxial_bouc_wen_force,
+    energy: wp.Function = biaxial_elastic_energy,
+) -> BiaxialFunctions:
     """Return the functions of a law uy z' = u' - z uy decay(u', z, c).
 
     Args:
         row: Name of the variant.
-        force: The force.
         decay: `(velocity, memory, coefficients) -> rate [1/s]`.
         coefficients: Number of coefficients.
         power: Place of the coefficient (n - 2) / 2; negative: n = 2.
+        force: The force.
+        energy: The elastic energy.
     """
     HAS_POWER, POWER = power >= 0, max(power, 0)
 
@@ -109,7 +138,7 @@ def _bouc_wen(row: str, force: wp.Function, decay: wp.Function, coefficients: in
         return memory + (k1 + type(half)(2.0) * (k2 + k3) + k4) / type(half)(6.0)
 
     functions |= device_functions(row, memory_after)
-    return BiaxialFunctions(force, coefficients=coefficients, memory=2, **functions)
+    return BiaxialFunctions(force, elastic_energy=energy, coefficients=coefficients, memory=2, **functions)
 
 
 @wp.func
@@ -158,11 +187,22 @@ def circular_yield_memory_after(deformation: Any, increment: Any, memory: Any, c
 
 
 SPRINGS = {
-    "isotropic_bouc_wen_2": _bouc_wen("isotropic_bouc_wen_2", biaxial_bouc_wen_force, isotropic_2_decay, int(C.POWER)),
-    "isotropic_bouc_wen": _bouc_wen("isotropic_bouc_wen", biaxial_bouc_wen_force, isotropic_decay, len(C), C.POWER),
-    "park_wen_ang": _bouc_wen("park_wen_ang", biaxial_bouc_wen_force, park_wen_ang_decay, int(C.POWER)),
-    "friction_slider": _bouc_wen("friction_slider", friction_slider_force, friction_slider_decay, len(S)),
+    "isotropic_bouc_wen_2": _bouc_wen("isotropic_bouc_wen_2", isotropic_2_decay, int(C.POWER)),
+    "isotropic_bouc_wen": _bouc_wen("isotropic_bouc_wen", isotropic_decay, len(C), C.POWER),
+    "park_wen_ang": _bouc_wen("park_wen_ang", park_wen_ang_decay, int(C.POWER)),
+    "friction_slider": _bouc_wen(
+        "friction_slider",
+        friction_slider_decay,
+        len(S),
+        force=friction_slider_force,
+        energy=friction_slider_elastic_energy,
+    ),
     "circular_yield": BiaxialFunctions(
-        circular_yield_force, circular_yield_memory_after, int(C.BETA), len(M), mapping=circular_yield_mapping
+        circular_yield_force,
+        circular_yield_memory_after,
+        biaxial_elastic_energy,
+        int(C.BETA),
+        len(M),
+        mapping=circular_yield_mapping,
     ),
 }

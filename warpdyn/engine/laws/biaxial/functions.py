@@ -25,6 +25,7 @@ class BiaxialFunctions:
             of the last accepted step.
         memory_after: `(deformation, increment, memory, coefficients) -> memory` after a slow step that reached
             `deformation` along a straight path.
+        elastic_energy: `(deformation, memory, coefficients) -> elastic energy [J]` of each component.
         coefficients: Number of coefficients.
         memory: Number of memory values; all are 0 before the first step.
         rate: `(velocity, memory, coefficients) -> d(memory)/dt` of laws that follow a differential equation, else None.
@@ -34,6 +35,7 @@ class BiaxialFunctions:
 
     force: Callable
     memory_after: Callable
+    elastic_energy: Callable
     coefficients: int
     memory: int
     rate: Callable | None = None
@@ -98,6 +100,8 @@ def _one_or_other(rules: str, one: BiaxialFunctions, other: BiaxialFunctions) ->
     for field in ("force", "memory_after"):
         pair = getattr(one, field), getattr(other, field)
         found[field] = _device_function(f"{name}_{field}", of_four(*pair))
+    pair = one.elastic_energy, other.elastic_energy
+    found["elastic_energy"] = _device_function(f"{name}_elastic_energy", of_three(*pair))
     for field, absent in {"rate": moves_not, "relaxation_rate": relaxes_not, "mapping": keeps_both}.items():
         pair = getattr(one, field), getattr(other, field)
         if pair != (None, None):

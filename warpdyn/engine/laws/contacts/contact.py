@@ -9,6 +9,10 @@ from warpdyn.engine.laws.law import StoreyElement, Values
 class Contact(StoreyElement):
     """Base class of contacts: laws of springs of a lumped structure whose force may depend on the rate of deformation.
 
+    Raises:
+        ValueError: If a parameter of an object of a subclass is out of its bounds.
+        TypeError: If the definition of a subclass breaks a rule.
+
     Example:
         >>> isinstance(wd.laws.HertzContact(clearance=0.02, hertz_stiffness=2.75e9), wd.laws.Contact)
         True

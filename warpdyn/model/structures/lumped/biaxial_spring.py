@@ -40,9 +40,9 @@ class BiaxialSpring:
 
     Args:
         name: Name of the spring in messages and datasets.
-        direction_x: Coefficients of the deformation of the first component, {degree of freedom: coefficient}, as those
-            of a `Spring`.
-        direction_y: Coefficients of the deformation of the second component.
+        direction_x: Coefficients of the deformation of the first component, {degree of freedom: coefficient}: [1] for a
+            translation, [m] for a rotation in rad.
+        direction_y: Coefficients of the deformation of the second component: [1] or [m].
         law: A biaxial law: its name, its class, or an object with its parameters. See `warpdyn.laws.BIAXIAL_LAWS`.
         stiffness: Initial stiffness of each component [N/m].
         damping_coefficient: Coefficient of a linear dashpot parallel to each component [N s/m].
