@@ -182,7 +182,17 @@ def test_scatter_that_does_not_fit_is_refused(scatter, message):
         wd.Scene(structure(), MOTION, scatter)
 
 
-def test_a_drawn_value_out_of_bounds_is_named():
-    scene = wd.Scene(structure(), MOTION, {"stiffness": wd.GivenValues([[1e7, 1e7], [1e7, -1.0]])})
-    with pytest.raises(ValueError, match="the given stiffness is -1 at structure 1, spring 'b'"):
+@pytest.mark.parametrize(
+    ("scatter", "message"),
+    [
+        ({"stiffness": [[1e7, 1e7], [1e7, -1.0]]}, "the given stiffness is -1 at structure 1, spring 'b'"),
+        ({"mass": [[1e5, 1e5], [-1.0, 1e5]]}, "the given mass is -1 at structure 1, dof 'x'"),
+        ({"mass": [[1e5, 1e5], [1e5, 0.0]]}, "degree of freedom 'y' has no mass"),
+        ({"stiffness": [[1e7, 1e7], [1e7, 0.0]]}, "degree of freedom 'y' can move freely"),
+    ],
+)
+def test_a_drawn_value_that_is_wrong_is_named(scatter, message):
+    damped = structure(damping="rayleigh", damping_ratio=0.05)
+    scene = wd.Scene(damped, MOTION, {name: wd.GivenValues(values) for name, values in scatter.items()})
+    with pytest.raises(ValueError, match=message):
         wd.simulate(scene, device="cpu")

@@ -46,17 +46,15 @@ class LumpedDynamics(Dynamics):
         structure = self.structure
         # Entries that are equal for unequal masses are equal in each structure, also if each mass is drawn.
         random = np.random.default_rng(0)
-        drawn = {name: np.asarray(values) for name, values in representative.items()}
-        count = max((len(values) for values in drawn.values()), default=0)
         parameters: Arrays = {}
         for name, value in structure.nominal_values.items():
-            known = (
-                np.resize(drawn[name], (count, *value.shape))
-                if name in drawn
-                else np.tile(value, (count, *value.ndim * (1,)))
-            )
-            factors = random.uniform(0.9, 1.1, (1, *value.shape)) if name in drawn else np.ones((1, *value.shape))
-            parameters[name] = np.concatenate([known.reshape(count, *value.shape), factors * value])
+            rows = [value, value, value]
+            if name in representative:
+                values = np.asarray(representative[name])
+                rows = [values.min(axis=0), values.max(axis=0), random.uniform(0.9, 1.1, value.shape) * value]
+            parameters[name] = np.stack([np.broadcast_to(row, value.shape) for row in rows])
+        if structure.problem(parameters):  # drawing the structures raises an error that names the value
+            parameters = {name: values[2:] for name, values in parameters.items()}
         matrices = self._matrices(parameters, structure.rayleigh(parameters, self._frequencies(parameters)))
         tables = {name: table_of(matrix) for name, matrix in matrices.items()}
         for name in ("stiffness", "damping", "unmoved"):

@@ -48,7 +48,7 @@ def check_parts(
         slots: The table of slots.
         constants: Names to which the parts and the skeleton assign a value for this plan.
         fields: The fields of the structs that a kernel takes.
-        family: The family of the structure, "chain" or "dense".
+        family: The family of the structure, "chain", "lumped" or "dense".
 
     Raises:
         ValueError: If a part breaks a rule.

@@ -29,7 +29,7 @@ def check_recorder(
         home: The module of the skeleton.
         wanted: The parts of the kernel.
         values: Values of the names of constants and types in the kernel.
-        family: The family of the structure, "chain" or "dense".
+        family: The family of the structure, "chain", "lumped" or "dense".
 
     Raises:
         ValueError: If the recorder writes a variable of another recorder, or if an index is wrong.

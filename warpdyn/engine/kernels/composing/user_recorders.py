@@ -26,7 +26,8 @@ class Recorder:
 
     Attributes:
         VARIABLES: The variables that the recorder writes: a dictionary from the family of the structure ("chain" for a
-            ShearBuilding, "dense" for a LinearSystem) to a dictionary from names to `Variable` objects.
+            ShearBuilding, "lumped" for a LumpedStructure, "dense" for a LinearSystem) to a dictionary from
+            names to `Variable` objects.
         BORROWS: Variables of other parts of the kernel that the recorder reads: a dictionary from part to names.
 
     Raises:
