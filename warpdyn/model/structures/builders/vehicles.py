@@ -35,7 +35,7 @@ class QuarterCar(BuiltStructure):
         >>> (1 / car.modal()["period"].values).round(3)
         array([1.116, 9.331])
         >>> road = wd.SineRoad(amplitude=0.01, wavelength=5.0).motion(speed=20.0, duration=5.0, step=0.002)
-        >>> driven = wd.simulate(wd.Scene(car, road, tail=0.0), device="cpu")
+        >>> driven = wd.simulate(wd.Scene(car, road), device="cpu")
         >>> driven["peak_acceleration"].sel(dof="body").dims
         ('sample',)
     """
@@ -100,7 +100,7 @@ class HalfCar(BuiltStructure):
         >>> car = wd.HalfCar(1200.0, 2100.0, 0.9, 1.2, (60.0, 60.0), (28e3, 21e3), (2500.0, 2000.0), (2e5, 2e5))
         >>> bump = wd.RoadBump(height=0.05, length=2.0)
         >>> both = bump.motion_of_axles(car.wheelbase, speed=10.0, duration=3.0, step=0.002)
-        >>> driven = wd.simulate(wd.Scene(car, both, tail=0.0), device="cpu")
+        >>> driven = wd.simulate(wd.Scene(car, both), device="cpu")
         >>> driven["peak_displacement"].sel(dof="pitch").item() > 0.01
         True
     """
