@@ -232,10 +232,10 @@ def values_held(plan: Plan) -> dict[str, int]:
     # If the stages of a method change the memory, the kernel keeps working copies of each memory value.
     moving = 2 + (spring.memory if spring.rate is not None else min(1, spring.memory))
     if plan.pattern is not None:
-        springs = plan.pattern.springs
-        held["state"] = 2 * n + spring.memory * springs
-        held["structure"] = spring.coefficients * springs + plan.pattern.values
-        held["method"] = 4 * n + 3 * springs
+        single, pattern = plan.pattern.single_springs, plan.pattern
+        held["state"] = 2 * n + spring.memory * single
+        held["structure"] = spring.coefficients * single + pattern.values + pattern.values_of_pairs
+        held["method"] = 4 * n + 3 * pattern.springs
     elif kind == "exact":
         size = 2 * n
         held["structure"] = {"classical": n * n + 8 * n, "general": size * size + 4 * n}[plan.damping]

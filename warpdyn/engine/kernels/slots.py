@@ -115,9 +115,7 @@ GROUPS: dict[str, dict[str, Slot]] = {
         ),
         "read_entry": _slot("entry, lane", "Read an entry of full matrices.", "s of_mass"),
         "start_row": _slot("row, lane", "Read a row of full matrices."),
-        "read_spring_row": _slot(
-            "spring, lane", "Read values of a spring, or of a component of a biaxial spring, of structure s.", "s"
-        ),
+        "read_spring_row": _slot("spring, lane", "As read_spring, also for components of biaxial springs.", "s"),
         "read_spring": _slot(
             "spring, lane", "Read values of a spring of structure s (lumped structures).", "s", "z zs"
         ),
@@ -393,11 +391,7 @@ GROUPS: dict[str, dict[str, Slot]] = {
         ),
         "pair_energy": _slot("lane", "Set stored_in_pair to the elastic energies of a biaxial spring."),
         "finish_pairs": _slot("lane", "Write the outputs of all biaxial springs to column o (lumped structures).", "o"),
-        "finish_spring_row": _slot(
-            "spring, lane",
-            "Write the outputs of a spring, or of a component of a biaxial spring, to column o.",
-            "o",
-        ),
+        "finish_spring_row": _slot("spring, lane", "As finish_spring, also for components of biaxial springs.", "o"),
         "finish_spring": _slot("spring, lane", "Write the outputs of a spring to column o (lumped structures).", "o"),
         "add_to_total": _slot("storey, lane", "Add the state to total, which must be finite.", "", "total"),
         "after_finish": _slot("lane", "After the loop over the storeys.", "", "total"),
