@@ -10,8 +10,8 @@ from dataclasses import dataclass, field, fields
 import numpy as np
 
 TERMS_PER_STATEMENT = 3  # so that no line is longer than 120 columns
-# A matrix with more terms than this, of which at least this share is not 0, is stored with its zeros: loops over it
-# compile in a second, a statement for each row of 64 terms in many minutes.
+# A matrix with more terms than this is stored with its zeros, unless more than 70 % of its entries are 0. Loops over it
+# compile in seconds; statements for each of 64 rows with 64 terms take many minutes.
 MOST_TERMS, FULL_SHARE = 200, 0.3
 OF_ENERGIES = ("mass", "pull")  # the last tables of a pattern
 UNIT = -1  # place of a value that is 1 in all structures
