@@ -315,10 +315,7 @@ WRONG_TYPES = {
         "measure must be",
         "'PGA'",
     ),
-    "structure": (
-        lambda: scene(structure=3.0),
-        "must be a ShearBuilding, a LumpedStructure, a LinearSystem or a Portfolio, got float",
-    ),
+    "structure": (lambda: scene(structure=3.0), "must be a ShearBuilding, a LumpedStructure, "),
     "excitation": (lambda: scene(excitation=[WAVE]), "excitation must be", "Stripes", "got list"),
     "motion": (lambda: wd.Cloud([WAVE, 3.0]), "motions[1] is a float", "GroundMotion"),
     "scatter": (

@@ -258,3 +258,23 @@ def test_samples_do_not_depend_on_the_samples_of_their_thread():
         one = wd.simulate(wd.Scene(case.structure, motions[number], recorders=("spring",), tail=0.0), **settings)
         for name in ("peak_spring_deformation", "peak_spring_force"):
             np.testing.assert_array_equal(run[name][number], one[name][0])
+
+
+def test_a_large_full_matrix_is_a_linear_system():
+    # 20 degrees of freedom with full matrices: kernels multiply them in loops, instead of one statement for each row.
+    random, names = np.random.default_rng(1), [str(i) for i in range(20)]
+    roots = random.normal(size=(3, 20, 20))
+    mass, damping, stiffness = (root @ root.T + 20.0 * np.eye(20) for root in roots)
+    springs = [wd.Spring(name, {name: 1.0}, stiffness=1.0) for name in names]
+    matrices = {"mass_matrix": mass, "stiffness_matrix": 100.0 * stiffness, "damping_matrix": damping}
+    lumped = wd.LumpedStructure(dict.fromkeys(names, 1.0), springs, **matrices)
+    linear = wd.LinearSystem(mass + np.eye(20), damping, 100.0 * stiffness + np.eye(20))
+    settings = {"step": 0.005, "dtype": "float64", "device": "cpu", "method": "rk4"}
+    recorders = ("displacement", "acceleration", "energy")
+    one, other = (
+        wd.simulate(wd.Scene(each, pulse(5.0, 0.6, 0.3, 4.0), recorders=recorders, tail=1.0), **settings)
+        for each in (linear, lumped)
+    )
+    for name in ("peak_displacement", "peak_acceleration", "input_energy", "viscous_energy"):
+        np.testing.assert_allclose(other[name], one[name], rtol=1e-10)
+    assert abs(other["energy_balance_error"].item()) < 1e-6

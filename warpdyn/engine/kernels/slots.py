@@ -281,7 +281,7 @@ GROUPS: dict[str, dict[str, Slot]] = {
             "restoring dashpot rate",
         ),
         "see_powers": _slot("kernel", "Sum up the powers of a stage (lumped structures)."),
-        "energy_of_state": _slot("lane", "Compute momenta and elastic forces of the matrices (lumped structures)."),
+        "energy_of_state": _slot("kernel", "Compute momenta and elastic forces of the matrices (lumped structures)."),
         "gather_springs": _slot("kernel", "Compute the deformations of all springs (lumped structures)."),
         "gather_forces": _slot("kernel", "Compute the accelerations by all springs and matrices (lumped structures)."),
         "accept_springs": _slot("kernel", "Accept the memory of all springs (lumped structures).", "", "z zs zn"),
@@ -381,6 +381,7 @@ GROUPS: dict[str, dict[str, Slot]] = {
         "see_modes": _slot("kernel", "After the slot see_mode of all modes."),
     },
     "End of the run": {
+        "before_finish": _slot("kernel", "After the last step (lumped structures)."),
         "finish": _slot("lane", "Before the loop over the storeys; o is the column of the sample in the outputs.", "o"),
         "finish_storey": _slot("storey, lane", "Write the outputs of a storey to column o.", "o stiffness"),
         "finish_drift": _slot(

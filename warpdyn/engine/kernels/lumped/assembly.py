@@ -66,18 +66,16 @@ def first_places(pattern):
 
 
 def gather_springs():
-    for j in range(LANES):
-        DEFORMATIONS
-        DEFORMATION_RATES
+    DEFORMATIONS
+    DEFORMATION_RATES
 
 
 def gather_forces():
-    for j in range(LANES):
-        SPRING_FORCES
-        ELASTIC_FORCES
-        VISCOUS_FORCES
-        ACCELERATIONS
-        if IS_SHAKEN:
-            BASE_ACCELERATIONS
-        if HAS_UNMOVED:
-            UNMOVED_ACCELERATIONS
+    SPRING_FORCES
+    ELASTIC_FORCES
+    VISCOUS_FORCES
+    ACCELERATIONS
+    if IS_SHAKEN:
+        BASE_ACCELERATIONS
+    if HAS_UNMOVED:
+        UNMOVED_ACCELERATIONS

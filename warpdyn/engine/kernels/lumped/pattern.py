@@ -13,6 +13,9 @@ from warpdyn.engine.laws.springs import StoreyRules, number_of_coefficients
 
 TERMS_PER_STATEMENT = 3  # so that no line is longer than 120 columns
 PAIR = 2  # components of a biaxial spring
+# A matrix with more terms than this is stored with its zeros, unless more than 70 % of its entries are 0. Loops over it
+# compile in seconds; statements for each of 64 rows with 64 terms take many minutes.
+MOST_TERMS, FULL_SHARE = 200, 0.3
 OF_ENERGIES = ("mass", "pull")  # the last tables of a pattern
 UNIT = -1  # place of a value that is 1 in all structures
 
@@ -42,10 +45,12 @@ class Table:
     Args:
         rows: The terms of each row.
         values: Number of different values of the terms, without units.
+        strides: Of a matrix that is stored with its zeros: distances of the values of successive rows and columns.
     """
 
     rows: Rows = ()
     values: int = 0
+    strides: tuple[int, int] | None = None
 
     @property
     def is_empty(self) -> bool:
@@ -137,30 +142,36 @@ def table_of(matrices: np.ndarray) -> Table:
             place = UNIT if (own == 1).all() else places.setdefault(own.tobytes(), len(places))
             terms.append(Term(int(column), sign, place))
         rows.append(tuple(terms))
+    count, columns = matrices.shape[1:]
+    if sum(map(len, rows)) > max(MOST_TERMS, FULL_SHARE * count * columns):
+        full = [tuple(Term(column, 1, row * columns + column) for column in range(columns)) for row in range(count)]
+        return Table(tuple(full), count * columns, (columns, 1))
     return Table(tuple(rows), len(places))
 
 
 def products(
     table: Table,
     name: str,
-    factor: Callable[[int], str],
-    target: Callable[[int], str],
+    factor: Callable[[int | str], str],
+    target: Callable[[int | str], str],
     *,
     sign: int = 1,
     is_added: bool = False,
     first: int = 0,
 ) -> str:
-    """Return statements that compute the product of a matrix and a vector, one or more for each row.
+    """Return statements that compute the product of a matrix and a vector for all lanes.
 
     Args:
         table: The matrix.
         name: Variable with its values, [value, lane].
-        factor: Function from a column to the text of the vector's element.
-        target: Function from a row to the text of the result's element.
+        factor: Function from a column, or its variable, to the text of the vector's element.
+        target: Function from a row, or its variable, to the text of the result's element.
         sign: Sign of the product: 1 or -1.
         is_added: Whether the product is added to the result; otherwise the result is set, also in rows without entries.
         first: Place of the first value of the matrix in the variable.
     """
+    if table.strides is not None:
+        return _loops(table, name, factor("k"), target("i"), sign, first, is_added=is_added)
     lines = []
     for row, terms in enumerate(table.rows):
         if not terms and not is_added:
@@ -177,7 +188,18 @@ def products(
                     text = product if is_positive else f"-{product}"
             word = "=" if begin == 0 and not is_added else "+="
             lines.append(f"{target(row)} {word} {text}")
-    return "\n".join(lines)
+    return "\n    ".join(["for j in range(LANES):", *lines]) if lines else ""
+
+
+def _loops(table: Table, name: str, factor: str, target: str, sign: int, first: int, *, is_added: bool) -> str:
+    """Return the result of `products` for a matrix that is stored with its zeros."""
+    assert table.strides is not None
+    of_row, of_column = table.strides
+    lines = [f"for i in range({len(table.rows)}):"]
+    lines += [] if is_added else ["    for j in range(LANES):", f"        {target} = dtype(0.0)"]
+    lines += [f"    for k in range({len(table.rows[0])}):", "        for j in range(LANES):"]
+    place = f"{first} + {of_row} * i + {of_column} * k"
+    return "\n".join([*lines, f"            {target} {'+' if sign > 0 else '-'}= {name}[{place}, j] * {factor}"])
 
 
 def transposed(table: Table, columns: int) -> Table:
@@ -186,7 +208,8 @@ def transposed(table: Table, columns: int) -> Table:
     for row, terms in enumerate(table.rows):
         for term in terms:
             rows[term.column].append(Term(row, term.sign, term.place))
-    return Table(tuple(map(tuple, rows)), table.values)
+    strides = None if table.strides is None else (table.strides[1], table.strides[0])
+    return Table(tuple(map(tuple, rows)), table.values, strides)
 
 
 def values_in(table: Table, matrices: np.ndarray) -> np.ndarray:

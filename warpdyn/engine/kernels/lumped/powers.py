@@ -47,8 +47,8 @@ def declare():
 
 
 def start():
+    slot("energy_of_state")
     for j in range(LANES):
-        slot("energy_of_state")
         for i in range(N):
             initial_energy[j] += dtype(0.5) * (momentum_of[i, j] * vs[i, j] + sprung[i, j] * us[i, j])
         for i in range(SPRINGS):
@@ -75,12 +75,15 @@ def see_power_of_spring():
         power_viscous[j] += dashpot * rate
 
 
+def before_finish():
+    slot("energy_of_state")
+
+
 def see_powers():
-    for j in range(LANES):
-        MOMENTA
-        MOMENTA_ALONG
-        if HAS_DAMPING_MATRIX:
-            DAMPED
+    MOMENTA
+    MOMENTA_ALONG
+    if HAS_DAMPING_MATRIX:
+        DAMPED
     for i in range(N):
         for j in range(LANES):
             vi = vs[i, j]

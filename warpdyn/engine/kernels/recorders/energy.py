@@ -260,8 +260,6 @@ def end_step():
 
 def finish():
     kept = dtype(0.0)  # kinetic energy at the end, and absorbed energy
-    if EXPLICIT_LUMPED:
-        slot("energy_of_state")
     if IMPLICIT_CHAIN:
         unaccounted = initial_energy[j] + energy_in[j] - energy_viscous[j]
     if DENSE:

@@ -42,8 +42,8 @@ def declare():
 
 
 def see_state():
+    PRESENT_OUTPUTS
     for j in range(LANES):
-        PRESENT_OUTPUTS
         for m in range(OUTPUTS):
             size = wp.abs(present_output[m, j])
             if SPRING_COLLAPSE:

@@ -170,6 +170,7 @@ def integrate_lumped(
             slot("accept_springs")
             slot("gather_springs")
             slot("end_step")
+    slot("before_finish")
     for j in range(LANES):
         o = samples.order[sample[j]]
         total = dtype(0.0)
