@@ -227,10 +227,7 @@ GROUPS: dict[str, dict[str, Slot]] = {
             "lane", "Set f to the force of the lowest storey of the section above.", "drift memory c", "f"
         ),
         "add_velocity_force": _slot(
-            "spring, lane",
-            "Add forces of the law that depend on the rate of deformation (lumped structures).",
-            "drift rate memory c",
-            "f",
+            "spring, lane", "Add forces that depend on the rate (lumped structures).", "drift rate memory c", "f"
         ),
         "add_to_force": _slot("storey, lane", "Add forces that depend on the drift.", "drift", "f"),
         "add_to_stiffness": _slot(
@@ -256,7 +253,7 @@ GROUPS: dict[str, dict[str, Slot]] = {
         "keep_acceleration": _slot("storey, lane", "Keep ai, before dampers to the ground are added.", "ai"),
         "visit_spring": _slot(
             "spring",
-            "Evaluate the force of a spring in a stage (lumped structures).",
+            "Evaluate a spring's force in a stage (lumped structures).",
             "memory c",
             "drift rate f restoring dashpot",
         ),
@@ -267,18 +264,13 @@ GROUPS: dict[str, dict[str, Slot]] = {
             "drift rate f restoring dashpot spring_force",
         ),
         "push_springs": _slot(
-            "kernel",
-            "Set the memory of all springs at their initial deformation (lumped structures).",
-            "",
-            "z zs memory c",
+            "kernel", "Set the memory of springs at their start (lumped structures).", "", "z zs memory c"
         ),
         "end_spring": _slot(
             "spring, lane", "After the force of a spring is known (lumped structures).", "rate memory c", "z zs zn"
         ),
         "see_power_of_spring": _slot(
-            "spring, lane",
-            "Sum up the powers of a spring in a stage (lumped structures).",
-            "restoring dashpot rate",
+            "spring, lane", "Sum up the powers of a spring in a stage (lumped structures).", "restoring dashpot rate"
         ),
         "see_powers": _slot("kernel", "Sum up the powers of a stage (lumped structures)."),
         "energy_of_state": _slot("kernel", "Compute momenta and elastic forces of the matrices (lumped structures)."),
@@ -337,9 +329,7 @@ GROUPS: dict[str, dict[str, Slot]] = {
             "before_end",
         ),
         "see_spring": _slot(
-            "spring, lane",
-            "Record the deformation (drift) of a spring or the force of its law (restoring; lumped structures).",
-            "drift restoring",
+            "spring, lane", "Record the deformation or the force of a spring (lumped structures).", "drift restoring"
         ),
         "see_drift": _slot("storey, lane", "Record the drift of the storey.", "drift drift_before"),
         "see_state": _slot("kernel", "After see_drift and see_forces of all storeys.", "ratio_of_storey", "live"),
