@@ -253,7 +253,7 @@ GROUPS: dict[str, dict[str, Slot]] = {
         "keep_acceleration": _slot("storey, lane", "Keep ai, before dampers to the ground are added.", "ai"),
         "visit_spring": _slot(
             "spring",
-            "Evaluate a spring's force in a stage (lumped structures).",
+            "Evaluate a spring in a stage (lumped structures).",
             "memory c",
             "drift rate f restoring dashpot",
         ),
@@ -263,9 +263,7 @@ GROUPS: dict[str, dict[str, Slot]] = {
             "",
             "drift rate f restoring dashpot spring_force",
         ),
-        "push_springs": _slot(
-            "kernel", "Set the memory of springs at their start (lumped structures).", "", "z zs memory c"
-        ),
+        "push_springs": _slot("kernel", "Set the first memory of springs (lumped structures).", "", "z zs memory c"),
         "end_spring": _slot(
             "spring, lane", "After the force of a spring is known (lumped structures).", "rate memory c", "z zs zn"
         ),
