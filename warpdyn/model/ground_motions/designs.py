@@ -45,7 +45,7 @@ class Design(Excitation):
         return f"{type(self).__name__}({count} {'motion' if count == 1 else 'motions'}, {self.measure.name})"
 
     @property
-    def components(self) -> int:
+    def base_components(self) -> int:
         """Number of components of each motion."""
         return len(components_of(self.motions[0]))
 

@@ -74,7 +74,7 @@ class EventSequence(_Placed):
                     f"got {type(design).__name__}"
                 )
             designs[name] = excitation
-        counts = {name: design.components for name, design in designs.items()}
+        counts = {name: design.base_components for name, design in designs.items()}
         if len(set(counts.values())) > 1:
             said = ", ".join(f"{name!r} has {count}" for name, count in counts.items())
             raise ValueError(f"all events need motions with the same number of components, but {said}")
@@ -124,9 +124,9 @@ class EventSequence(_Placed):
         return max(design.structures_given for design in self._designs)
 
     @property
-    def components(self) -> int:
+    def base_components(self) -> int:
         """Number of components of each motion."""
-        return self._designs[0].components
+        return self._designs[0].base_components
 
     def check_fits(self, structure: Structure) -> None:
         """Raise a TypeError for a LinearSystem: an earthquake does not change it, so that a sequence is useless."""

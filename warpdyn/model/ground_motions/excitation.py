@@ -166,7 +166,7 @@ class Excitation:
         ]
 
     @property
-    def components(self) -> int:
+    def base_components(self) -> int:
         """Number of components of the base motion; 0 for forces and initial states."""
         return 0 if self.is_force or self.kernel_load == "free_vibration" else 1
 

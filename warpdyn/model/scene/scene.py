@@ -42,12 +42,13 @@ def _advice(given: object, kind: type) -> str:
 
 def _check_components(structure: Structure, excitation: Excitation) -> None:
     """Raise a ValueError if the base motion has another number of components than the structure's influence matrix."""
-    if excitation.components and excitation.components != structure.components:
-        one = "a PairOfMotions" if excitation.components > 1 else "a single motion"
+    count = excitation.base_components
+    if count and count != structure.components:
+        one = "a PairOfMotions" if count > 1 else "a single motion"
         raise ValueError(
-            f"the structure has {structure.components} influence vectors, but the base motion has "
-            f"{excitation.components} components ({one}): a pair of motions needs a LumpedStructure with one influence "
-            "vector for each component, and a single motion needs one influence vector"
+            f"the structure has {structure.components} influence vectors, but the base motion has {count} components "
+            f"({one}): a pair of motions needs a LumpedStructure with one influence vector for each component, and a "
+            "single motion needs one influence vector"
         )
 
 
