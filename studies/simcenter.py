@@ -7,7 +7,7 @@ under one pair of ground motions after the other. In this study, twenty Hazus bu
 under 25 pairs of the FEMA P-695 near-field set without scaling:
 
 - by OpenSeesPy with the settings of R2D (see parts/simcenter/opensees.py), then without the files of recorders, then
-with the solver and step that are fastest for OpenSees;
+  with the solver and step that are fastest for OpenSees;
 - by warpdyn.
 
 The study prints the processor time per history, the ratios of these times, the extrapolated time for 1.84 million

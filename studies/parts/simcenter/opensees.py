@@ -6,9 +6,9 @@ of the examples E2 and E3 of R2D (NHERI-SimCenter/R2DExamples; E3 is a magnitude
 - Nodes have six degrees of freedom; four of them are fixed.
 - Each storey is a zeroLength element with the material Hysteretic in both directions.
 - The integrator is Newmark's average acceleration. Newton's method iterates until unbalanced forces are below 0.01 N.
-The solver is Umfpack. If the iteration fails, shorter steps are used.
+  The solver is Umfpack. If the iteration fails, shorter steps are used.
 - Rayleigh damping is defined for the first and the last mode. The elements are defined without -doRayleigh, so its
-stiffness term has no effect, and the damping is proportional to the mass.
+  stiffness term has no effect, and the damping is proportional to the mass.
 
 The step is the step of the record, or 2 pi / (20 w^2) if that is shorter. The script divides by the eigenvalue w^2,
 although 1/20 of the first period, 2 pi / (20 w), may be intended. Therefore low buildings have several times as many

@@ -57,7 +57,7 @@ def building_results(
           ``standard_error_<state>``, sqrt(p (1 - p) / (n - 1)) for n independent samples: NaN if n is 0 or 1, and 0 if
           p is 0 or 1, although such a probability is not exact either;
         - if `loss_ratios` are given: `expected_loss_ratio` [1], the mean over the samples, and
-        `loss_ratio_standard_deviation`
+          `loss_ratio_standard_deviation`
           [1], which includes the scatter of the loss ratios; both times `replacement_cost` are `expected_loss` and
           `loss_standard_deviation`, in the currency of the costs.
 

@@ -42,10 +42,10 @@ def write_table(
     state and stripe (intensity level). The columns are:
 
     - The dimensions of the rows, and all variables with some or all of these dimensions. The unit is part of the name
-    of the column: `fragility_median_g`, `peak_base_shear_N`. A value that does not depend on one of the dimensions is
-    repeated along it.
+      of the column: `fragility_median_g`, `peak_base_shear_N`. A value that does not depend on one of the dimensions is
+      repeated along it.
     - For a variable that also has the dimension of storeys, floors or degrees of freedom, one column per storey, floor
-    or degree of freedom, such as `peak_storey_drift_storey_2_m`, unless `rows` contains this dimension.
+      or degree of freedom, such as `peak_storey_drift_storey_2_m`, unless `rows` contains this dimension.
     - Variables that belong to an index in the row, such as `motion_name` for `motion_index`.
 
     Flags such as `fit_status` are written as text. In a Parquet file, `DataFrame.attrs` contains the attributes of the

@@ -8,7 +8,7 @@ dissipated by z, divided by yield force times yield drift, v the drift velocity 
 
 where uy is the yield drift and alpha the hardening ratio. Without pinching h = 1. With pinching (Foliente 1995), h = 1
 - zeta1 exp(-((s z - q zu) / zeta2)^2), where zeta1 = zetas (1 - exp(-p e)), zeta2 = (psi + deltaPsi e) (lambda +
-zeta1), and zu = (A / (nu (beta + gamma)))^(1/n) is the bound of z. Functions whose names end in 1 are for n = 1.
+  zeta1), and zu = (A / (nu (beta + gamma)))^(1/n) is the bound of z. Functions whose names end in 1 are for n = 1.
 """
 
 import enum

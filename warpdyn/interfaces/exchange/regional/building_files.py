@@ -46,10 +46,10 @@ def write_building_results(results: pd.DataFrame, path: str | os.PathLike, *, ov
     The ending of the file name selects the format:
 
     - ".parquet": GeoParquet 1.1 with points on WGS 84, for GIS programs, geopandas and pandas. This file is the
-    smallest and the fastest to write.
+      smallest and the fastest to write.
     - ".csv": one row per row of the table, with the same columns.
     - ".geojson" (RFC 7946): one point per row of the table. The properties are the columns, with ten digits after the
-    decimal point.
+      decimal point.
     - ".nc": netCDF with CF conventions and the dimensions `building` and `damage_state`.
 
     Args:
