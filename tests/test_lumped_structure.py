@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from lumped_case import Case, pulse
 from lumped_cases import CASES, deck_about
+from scipy.integrate import solve_ivp
 
 import warpdyn as wd
 
@@ -278,3 +279,26 @@ def test_a_large_full_matrix_is_a_linear_system():
     for name in ("peak_displacement", "peak_acceleration", "input_energy", "viscous_energy"):
         np.testing.assert_allclose(other[name], one[name], rtol=1e-10)
     assert abs(other["energy_balance_error"].item()) < 1e-6
+
+
+@pytest.mark.parametrize(("brace", "dashpot"), [(1e7, 2e5), (1e9, 2e5), (1e7, 2e3)])
+def test_a_maxwell_spring_relaxes(brace, dashpot):
+    """The force of a damper with a brace: f' = k_b (v - f / c); it may relax faster than any mode vibrates."""
+    mass, stiffness, step = 1e5, 1e7, 0.02
+    time = step * np.arange(400)
+    base = 3.0 * np.sin(6.0 * time) * np.exp(-0.2 * time)
+    springs = [
+        wd.Spring("frame", {"x": 1.0}, stiffness=stiffness),
+        wd.Spring("damper", {"x": 1.0}, law="maxwell_damper", brace_stiffness=brace, damper_coefficient=dashpot),
+    ]
+    structure = wd.LumpedStructure({"x": mass}, springs)
+    run = wd.simulate(wd.Scene(structure, wd.GroundMotion(base, step, "m"), tail=0.0), dtype="float64", device="cpu")
+
+    def slope(t, state):
+        u, v, force = state
+        return [v, -(stiffness * u + force) / mass - np.interp(t, time, base), brace * (v - force / dashpot)]
+
+    exact = solve_ivp(slope, (0, time[-1]), [0.0, 0.0, 0.0], method="LSODA", rtol=1e-9, atol=1e-12, max_step=0.01)
+    assert run["status"].item() == 0
+    assert run["integration_step"].item() * brace / dashpot < 2.8  # the limit of RK4 for z' = -z
+    assert run["peak_spring_deformation"][0, 0].item() == pytest.approx(np.abs(exact.y[0]).max(), rel=1e-3)

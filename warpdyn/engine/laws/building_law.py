@@ -200,9 +200,12 @@ class BuildingLaw:
         return found
 
     def relaxation_rate(self, p: Values) -> np.ndarray:
-        """Return the largest rate [1/s] at which forces of dampers relax at a constant drift, [structure, storey]."""
+        """Return the largest rate [1/s] at which forces relax at a constant drift, shape [structure, storey]."""
+        of_laws = np.zeros_like(p["stiffness"], dtype=float)
+        for law, storeys, own in self._laws(p):
+            of_laws[..., storeys if storeys.size else slice(None)] = law.relaxation_rate(own)
         rates = [device.relaxation_rate(p) for device in self.devices]
-        return np.max(np.stack(np.broadcast_arrays(np.zeros_like(p["stiffness"]), *rates)), axis=0)
+        return np.max(np.stack(np.broadcast_arrays(of_laws, *rates)), axis=0)
 
 
 def _received(numbers: Sequence[int], laws: Sequence[Any], devices: Sequence[Any]) -> BuildingLaw:
