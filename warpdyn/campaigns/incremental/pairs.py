@@ -141,8 +141,9 @@ class Pairs:
             with np.errstate(divide="ignore", invalid="ignore"):
                 factor = np.nanmin(WITHIN * np.minimum(elastic, collapse)[row] / peaks, axis=1)
                 self.collapse_level = level * np.nanmin(collapse[row] / peaks, axis=1) ** self.power
-        else:  # a LinearSystem
-            factor = np.full(self.count, np.inf)
+        else:  # only a linear structure is known to remain elastic at any level
+            is_linear = self.whole.model.dynamics.forces.is_linear
+            factor = np.full(self.count, np.inf if is_linear else 0.0)
         # If the first run already exceeds the first yield drift, it is not elastic.
         known = (factor > 1) & np.isfinite(self.first_demand)
         # If peaks are recorded only from a later time, they do not show whether a storey yields earlier.

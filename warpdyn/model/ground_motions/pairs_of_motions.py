@@ -14,6 +14,7 @@ from warpdyn.model.ground_motions.motions import GroundMotion
 from warpdyn.model.ground_motions.records.components.orientations import orientation
 
 NAMES = ("x", "y", "vertical")
+MOST_COSINE = 0.05  # of the angle between both components: 3 degrees off a right angle
 
 
 @with_suggestions
@@ -72,6 +73,12 @@ class PairOfMotions:
                     f"pair {self.name!r}: {name} is {motion.name!r}, a vertical component ({motion.component!r}): give "
                     "a horizontal one, or vertical="
                 )
+        first, second = (orientation(motion.component).azimuth for motion in (self.x, self.y))
+        if first is not None and second is not None and abs(np.cos(np.radians(first - second))) > MOST_COSINE:
+            raise ValueError(
+                f"pair {self.name!r}: the components {self.x.component!r} and {self.y.component!r} are not "
+                "perpendicular: give two components that are 90 degrees apart"
+            )
 
     @property
     def components(self) -> tuple[GroundMotion, ...]:

@@ -236,9 +236,10 @@ def check_scatter(structure: Structure, scatter: Scatter) -> None:
                 f"value for all structures as {name}= of the structure, one value per structure as "
                 f"GivenValues([...]), and a dispersion as RandomFactor(Lognormal(1.0, dispersion))"
             )
-        problem = spread.problem(name, structure)
+        is_of_one = isinstance(spread, RandomFactor) and spread.per == "building"
+        problem = structure.scatter_problem(name, is_common_factor=is_of_one) or spread.problem(name, structure)
         if problem:
-            raise ValueError(problem)
+            raise ValueError(f"scatter[{name!r}]: {problem.removeprefix(f'scatter[{name!r}]: ')}")
 
 
 def central(structure: Structure, scatter: Scatter) -> dict[str, np.ndarray]:

@@ -79,6 +79,15 @@ class Structure(ABC):
         """Return the names of the degrees of freedom or springs along a dimension; None if they have only numbers."""
         return None
 
+    def scatter_problem(self, name: str, *, is_common_factor: bool) -> str | None:
+        """Return why a parameter cannot be random; None if it can.
+
+        Args:
+            name: Name of the parameter.
+            is_common_factor: Whether one random factor multiplies all its values.
+        """
+        return None
+
     def tied(self, name: str, values: np.ndarray) -> np.ndarray:
         """Return drawn values of a parameter, shape [storey, structure], with equal values where they must be equal."""
         return values

@@ -60,7 +60,10 @@ class LumpedDynamics(Dynamics):
             rows = [value, value, value]
             if name in representative:
                 values = np.asarray(representative[name])
-                rows = [values.min(axis=0), values.max(axis=0), random.uniform(0.9, 1.1, value.shape) * value]
+                low, high = values.min(axis=0), values.max(axis=0)
+                # A nominal value of 0, such as that of an eccentricity, is not the value of any drawn structure.
+                between = low + random.uniform(0.1, 0.9, value.shape) * (high - low)
+                rows = [low, high, np.where(value == 0, between, random.uniform(0.9, 1.1, value.shape) * value)]
             parameters[name] = np.stack([np.broadcast_to(row, value.shape) for row in rows])
         if structure.problem(parameters):  # drawing the structures raises an error that names the value
             parameters = {name: values[2:] for name, values in parameters.items()}

@@ -3,7 +3,11 @@
 from warpdyn.foundations.core.output_variables import Variable
 
 order = 10
-VARIABLES = {"lumped": {"peak_output": Variable(("output",), "m", "peak absolute value of the output")}}
+VARIABLES = {
+    "lumped": {
+        "peak_output": Variable(("output",), "1", "peak absolute value of the output, in the unit of the output")
+    }
+}
 
 
 def wanted(plan):

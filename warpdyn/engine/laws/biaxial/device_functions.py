@@ -188,7 +188,7 @@ def circular_yield_memory_after(deformation: Any, increment: Any, memory: Any, c
 
 SPRINGS = {
     "isotropic_bouc_wen_2": _bouc_wen("isotropic_bouc_wen_2", isotropic_2_decay, int(C.POWER)),
-    "isotropic_bouc_wen": _bouc_wen("isotropic_bouc_wen", isotropic_decay, len(C), C.POWER),
+    "isotropic_bouc_wen": _bouc_wen("isotropic_bouc_wen", isotropic_decay, len(C), int(C.POWER)),
     "park_wen_ang": _bouc_wen("park_wen_ang", park_wen_ang_decay, int(C.POWER)),
     "friction_slider": _bouc_wen(
         "friction_slider",

@@ -201,6 +201,12 @@ class _HertzDampContact(Contact):
     def stiffest(p: Values) -> np.ndarray:
         return _hertz_slope(p)
 
+    @classmethod
+    def steepest_damping(cls, p: Values) -> np.ndarray:
+        # If bodies that touch slowly are pressed together later, the dashpot is the largest.
+        deepest: np.ndarray = p["hertz_stiffness"] * p["expected_penetration"] ** 1.5
+        return cls.damping_factor(p["restitution"]) * deepest / p["least_approach_speed"]
+
 
 class YeLiZhuContact(_HertzDampContact):
     """A Hertz-damp contact (Ye, Li and Zhu 2009; OpenSees: Hertzdamp with their factor).

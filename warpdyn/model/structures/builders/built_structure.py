@@ -6,9 +6,20 @@ from typing import Any
 
 from warpdyn.model.structures.lumped.structure import LumpedStructure
 
+BASE_SHEAR = "base shear"  # output of builders whose outputs are forces
+
 
 class BuiltStructure(LumpedStructure):
     """Base class of lumped structures whose scenes are read from JSON as those of a LumpedStructure."""
+
+    def scatter_problem(self, name: str, *, is_common_factor: bool) -> str | None:
+        """Return why the stiffness cannot be random if outputs are forces; None for other parameters."""
+        if name != "stiffness" or BASE_SHEAR not in self.outputs:
+            return None
+        return (
+            f"the outputs {BASE_SHEAR!r} and the moments are computed from the nominal stiffness, and would be wrong "
+            f"for a random one: build the structure with {type(self).__name__}(..., force_outputs=False)"
+        )
 
     def description(self) -> dict[str, Any]:
         """Return the structure as a dictionary, for its JSON."""

@@ -66,6 +66,8 @@ class FlexuralShearBuilding(BuiltStructure):
         base_inertia: Moment of inertia of the base rotation [kg m2]; None: the one with which the base rotation alone
             has the highest frequency of the building on a fixed base, or 50 times the first one if that is higher. It
             increases the first period by less than 0.1 %.
+        force_outputs: Whether the outputs include "base shear" and "base moment" if the shear springs are elastic. They
+            are computed from the nominal stiffness; with False, `stiffness` (of the shear springs) may be random.
         law: Storey law of the shear springs: its name, its class, or an object with its parameters.
         gravity_load: Vertical load of each floor [N], shape [floor], or "weight" for the weight of the floor masses;
             None: no P-Delta.
@@ -102,6 +104,7 @@ class FlexuralShearBuilding(BuiltStructure):
         shear_stiffness: ArrayLike | None = None,
         base_hinge: Mapping[str, Any] | None = None,
         base_inertia: float | None = None,
+        force_outputs: bool = True,
         law: str | Law | type[Law] = "elastic",
         gravity_load: ArrayLike | str | None = None,
         damping: str = "none",
@@ -136,7 +139,7 @@ class FlexuralShearBuilding(BuiltStructure):
             raise ValueError("base_inertia needs a base_hinge: give base_hinge=, or remove base_inertia=")
         outputs = {f"drift {storey + 1}": drift for storey, drift in enumerate(drifts)}
         resisting = {"wall base": wall[-storeys:]}  # forces on floors
-        if all(spring.law.is_linear for spring in springs):
+        if force_outputs and all(spring.law.is_linear for spring in springs):
             frame = chain_stiffness_matrix(stiffness)
             resisting["base"] = wall[-storeys:] + np.pad(frame, ((0, 0), (len(wall) - storeys, 0)))
         for name, matrix in resisting.items():

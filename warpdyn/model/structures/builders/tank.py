@@ -29,6 +29,8 @@ class HousnerTank(BuiltStructure):
         convective_damping_ratio: Damping ratio of sloshing [1].
         wall_mass: Mass of wall and roof that moves with the impulsive mass [kg].
         wall_height: Height of the centre of this mass above the base [m]; needed with `wall_mass`.
+        force_outputs: Whether there are outputs. They are computed from the nominal stiffness; with False, `stiffness`
+            may be random.
 
     Raises:
         ValueError: If a value is not finite or is out of its range, or `wall_height` is missing.
@@ -49,6 +51,7 @@ class HousnerTank(BuiltStructure):
         convective_damping_ratio: float = 0.005,
         wall_mass: float = 0.0,
         wall_height: float | None = None,
+        force_outputs: bool = True,
     ) -> None:
         check_kind("HousnerTank", "the result of wd.housner_cylinder(...)", liquid, TankModel)
         wall = real_number("wall_mass [kg]", wall_mass, least=0)
@@ -86,7 +89,7 @@ class HousnerTank(BuiltStructure):
                 )
                 for name, mass in masses.items()
             ],
-            outputs=outputs,
+            outputs=outputs if force_outputs else None,
         )
 
     def __repr__(self) -> str:

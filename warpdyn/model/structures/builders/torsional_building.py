@@ -196,6 +196,15 @@ class TorsionalBuilding(LumpedStructure):
             damping_modes=damping_modes,
         )
 
+    def scatter_problem(self, name: str, *, is_common_factor: bool) -> str | None:
+        """Return why the masses of one floor would contradict each other; None for other parameters."""
+        if name != "mass" or is_common_factor:
+            return None
+        return (
+            "the masses of a floor in x and y are equal, and its moment of inertia follows from them: give "
+            "RandomFactor(..., per='building'), which multiplies all of them"
+        )
+
     @classmethod
     def of_parts(
         cls, mass: Mapping[str, float], springs: Sequence[Spring | BiaxialSpring], **arguments: Any

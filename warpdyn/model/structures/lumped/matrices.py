@@ -22,6 +22,7 @@ class LumpedMatrices:
     springs: tuple[Spring | Component, ...]
     matrices: Mapping[str, np.ndarray]
     load_mass: np.ndarray | None
+    parameters: Mapping[str, np.ndarray]
     outputs: Mapping[str, Mapping[str, float]]
     damping: str
     damping_modes: tuple[int, int] | None
@@ -44,7 +45,12 @@ class LumpedMatrices:
 
     def load_masses(self, values: Values) -> np.ndarray:
         """Return the mass matrices of the load [kg], shape [structure or 1, dof, dof]."""
-        return self.mass_matrices(values) if self.load_mass is None else self.load_mass[None]
+        mass = self.mass_matrices(values)
+        if self.load_mass is None:
+            return mass
+        # The difference between both matrices, such as an inertance, is not random.
+        nominal = self.mass_matrices({name: each[None] for name, each in self.parameters.items()})
+        return mass - (nominal - self.load_mass)
 
     def of_springs(self, per_spring: np.ndarray) -> np.ndarray:
         """Return the matrix of springs with these stiffnesses or dashpots, shape [structure, dof, dof].

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 from warpdyn.foundations.core.checks import checked_text, finite_numbers, real_number, shortened
 from warpdyn.foundations.core.near_misses import did_you_mean
 
+MOST_COMPONENTS = 6  # of the base motion
 SYMMETRIC_WITHIN = 1e-9  # difference of two mirrored entries over the largest entry
 
 
@@ -52,5 +53,31 @@ def checked_matrix(name: str, given: ArrayLike, dofs: Sequence[str], units: str)
             f"[{dofs[column]!r}, {dofs[row]!r}] is {matrix[column, row]:g}; both must be equal"
         )
     matrix = (matrix + matrix.T) / 2
+    matrix.flags.writeable = False
+    return matrix
+
+
+def checked_influence(given: object, dofs: tuple[str, ...], directions: list[Mapping[str, float]]) -> np.ndarray:
+    """Return the influence matrix, shape [dof, component]; `directions` are the coefficients of the springs."""
+    if given is None and any(abs(each) not in (0, 1) for direction in directions for each in direction.values()):
+        raise ValueError(
+            "influence is missing: a spring has a coefficient other than 1 and -1, so that a degree of freedom may be "
+            "a rotation, which the base motion does not move. Give influence=, such as {'x': 1.0} or "
+            "[{'x': 1.0}, {'y': 1.0}]"
+        )
+    rows = [dict.fromkeys(dofs, 1.0)] if given is None else given
+    rows = [rows] if isinstance(rows, Mapping) else rows
+    if not isinstance(rows, list | tuple) or not 1 <= len(rows) <= MOST_COMPONENTS:
+        raise TypeError(
+            "influence must be a dictionary, such as {'x': 1.0}, or a list with one dictionary for each component "
+            f"of the base motion (at most {MOST_COMPONENTS}), got {shortened(given)}"
+        )
+    columns = []
+    for component, row in enumerate(rows):
+        what = "influence" if len(rows) == 1 else f"influence[{component}]"
+        values = checked_coefficients(what, row)
+        check_known(what, values, dofs)
+        columns.append(row_of(values, dofs))
+    matrix = np.stack(columns, axis=1)
     matrix.flags.writeable = False
     return matrix

@@ -19,13 +19,17 @@ from warpdyn.model.structures.damping import DAMPING_RATIO
 from warpdyn.model.structures.lumped.biaxial_spring import BiaxialSpring, Component
 from warpdyn.model.structures.lumped.damping import checked_damping
 from warpdyn.model.structures.lumped.matrices import OF_DOFS, LumpedMatrices, of_springs_only, undamped
-from warpdyn.model.structures.lumped.names import check_known, checked_coefficients, checked_matrix, row_of
+from warpdyn.model.structures.lumped.names import (
+    check_known,
+    checked_coefficients,
+    checked_influence,
+    checked_matrix,
+)
 from warpdyn.model.structures.lumped.spring import Spring
 from warpdyn.model.structures.modal import modal_properties
 from warpdyn.model.structures.structure import Structure
 
 MOST_DOFS, MOST_SPRINGS = 64, 128
-MOST_COMPONENTS = 6  # of the base motion
 LEAST_OF_STIFFNESS = 1e-13  # least squared frequency of a structure that cannot move freely, over the highest one
 LEAST_OF_MASS = 1e-12  # least eigenvalue of the mass matrix, scaled to a diagonal of ones
 PAIR = 2  # components of a biaxial spring
@@ -50,7 +54,7 @@ class LumpedStructure(LumpedMatrices, Structure):
         springs: The springs. A biaxial spring counts as two.
         influence: Displacement of each degree of freedom under a unit displacement of the base [1], {name: value}; for
             several components of base motion a list of such dictionaries. Missing degrees of freedom have 0. None: 1
-            for each degree of freedom.
+            for each degree of freedom (only if all coefficients of springs are 1 or -1).
         mass_matrix: Matrix that is added to the masses [kg], symmetric, shape [dof, dof]: an inerter, or the coupling
             between degrees of freedom that are not at the centre of mass.
         load_mass: Mass matrix [kg] of the load, shape [dof, dof], or its diagonal, shape [dof]; None: the mass matrix.
@@ -123,7 +127,8 @@ class LumpedStructure(LumpedMatrices, Structure):
         self.springs = _checked_springs(springs, self.dof_names)
         self.given_springs = tuple(springs)
         self.pairs = sum(isinstance(each, BiaxialSpring) for each in springs)
-        self.influence = self._influence(influence)
+        directions = [spring.direction for spring in self.springs]
+        self.influence = checked_influence(influence, self.dof_names, directions)
         self.outputs = self._outputs(outputs)
         given = dict(zip(MATRICES, (mass_matrix, stiffness_matrix, damping_matrix, geometric_stiffness), strict=True))
         self.matrices: Mapping[str, np.ndarray] = FrozenMapping(
@@ -153,25 +158,6 @@ class LumpedStructure(LumpedMatrices, Structure):
         self.parameters: Mapping[str, np.ndarray] = FrozenMapping(arrays)
         if problem := self.problem(self.parameters):
             raise ValueError(problem)
-
-    def _influence(self, given: object) -> np.ndarray:
-        """Return the influence matrix, shape [dof, component]."""
-        rows = [dict.fromkeys(self.dof_names, 1.0)] if given is None else given
-        rows = [rows] if isinstance(rows, Mapping) else rows
-        if not isinstance(rows, list | tuple) or not 1 <= len(rows) <= MOST_COMPONENTS:
-            raise TypeError(
-                "influence must be a dictionary, such as {'x': 1.0}, or a list with one dictionary for each component "
-                f"of the base motion (at most {MOST_COMPONENTS}), got {shortened(given)}"
-            )
-        columns = []
-        for component, row in enumerate(rows):
-            what = "influence" if len(rows) == 1 else f"influence[{component}]"
-            values = checked_coefficients(what, row)
-            check_known(what, values, self.dof_names)
-            columns.append(row_of(values, self.dof_names))
-        matrix = np.stack(columns, axis=1)
-        matrix.flags.writeable = False
-        return matrix
 
     def _outputs(self, given: object) -> Mapping[str, Mapping[str, float]]:
         """Return the outputs, checked."""
