@@ -161,10 +161,10 @@ def test_contacts_act_beside_other_laws():
     ]
     motion = pulse(6.0, 0.7, 0.4)
     both = wd.LumpedStructure({"1": 200e3, "2": 350e3}, springs)
-    run = wd.simulate(wd.Scene(both, motion, recorders=("spring",)), step=5e-4, **SETTINGS)
+    run = wd.simulate(wd.Scene(both, motion, recorders=("spring",)), step=1e-4, **SETTINGS)
     for dof, mass, own in (("1", 200e3, springs[::2]), ("2", 350e3, springs[1::2])):
         alone = wd.simulate(
-            wd.Scene(wd.LumpedStructure({dof: mass}, own), motion, recorders=("spring",)), step=5e-4, **SETTINGS
+            wd.Scene(wd.LumpedStructure({dof: mass}, own), motion, recorders=("spring",)), step=1e-4, **SETTINGS
         )
         for name in ("peak_spring_deformation", "peak_spring_force"):
             for spring in own:
