@@ -65,6 +65,7 @@ STRUCTURES = [
     ({"influence": [{"x": 1.0}, {"q": 1.0}]}, r"influence\[1\] names the unknown degree of freedom 'q'"),
     ({"mass_matrix": np.eye(3)}, r"mass_matrix must have a row and a column .* shape \[2, 2\], got \[3, 3\]"),
     ({"load_mass": [1e5]}, r"load_mass must have a row and a column .* got \[1, 1\]"),
+    ({"damping_matrix": [[1e4, 0.0], [0.0, -1e4]]}, "negative eigenvalue -10000 N s/m.* of degree of freedom 'y'"),
     ({"damping_matrix": [[1.0, 2.0], [3.0, 4.0]]}, r"damping_matrix is not symmetric: \['x', 'y'\] is 2"),
     ({"stiffness_matrix": [[np.inf, 0.0], [0.0, 1.0]]}, r"stiffness_matrix\[0, 0\] is inf"),
     ({"outputs": {"corner": {"w": 1.0}}}, "output 'corner' names the unknown degree of freedom 'w'"),

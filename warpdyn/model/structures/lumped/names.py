@@ -57,6 +57,17 @@ def checked_matrix(name: str, given: ArrayLike, dofs: Sequence[str], units: str)
     return matrix
 
 
+def check_dissipates(matrix: np.ndarray, dofs: Sequence[str]) -> None:
+    """Raise a ValueError if the damping matrix [N s/m] feeds a motion with energy."""
+    values, shapes = np.linalg.eigh(matrix)
+    if values[0] < -SYMMETRIC_WITHIN * np.abs(values).max():
+        dof = dofs[int(np.abs(shapes[:, 0]).argmax())]
+        raise ValueError(
+            f"damping_matrix has the negative eigenvalue {values[0]:g} N s/m: it would feed a motion, mostly of degree "
+            f"of freedom {dof!r}, with energy. Check the signs of its entries"
+        )
+
+
 def checked_influence(given: object, dofs: tuple[str, ...], directions: list[Mapping[str, float]]) -> np.ndarray:
     """Return the influence matrix, shape [dof, component]; `directions` are the coefficients of the springs."""
     if given is None and any(abs(each) not in (0, 1) for direction in directions for each in direction.values()):

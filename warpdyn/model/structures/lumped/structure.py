@@ -20,6 +20,7 @@ from warpdyn.model.structures.lumped.biaxial_spring import BiaxialSpring, Compon
 from warpdyn.model.structures.lumped.damping import checked_damping
 from warpdyn.model.structures.lumped.matrices import OF_DOFS, LumpedMatrices, of_springs_only, undamped
 from warpdyn.model.structures.lumped.names import (
+    check_dissipates,
     check_known,
     checked_coefficients,
     checked_influence,
@@ -138,6 +139,8 @@ class LumpedStructure(LumpedMatrices, Structure):
                 if matrix is not None
             }
         )
+        if "damping_matrix" in self.matrices:
+            check_dissipates(self.matrices["damping_matrix"], self.dof_names)
         self.load_mass = None
         if load_mass is not None:
             diagonal = np.asarray(load_mass)
