@@ -9,6 +9,8 @@ import numpy as np
 import pytest
 from law_rows import forces_of, rules_of
 
+import warpdyn as wd
+from warpdyn.campaigns.integration.model import dynamics_of, plan_of
 from warpdyn.engine.kernels import build, registry
 from warpdyn.engine.kernels.composing.part_checks import check_parts
 from warpdyn.engine.kernels.composing.source_text import bodies_of, slots_of
@@ -31,6 +33,30 @@ LUMPED = Plan(
     collapses=True,
     records_late=True,
     pattern=Pattern(*[table_of(np.array([[[2.0, 1.0], [-1.0, 3.0]]]))] * 7, has_dashpots=True),
+)
+MOTION = wd.GroundMotion(np.sin(np.arange(9.0)), 0.01, "sine")
+MIXED = wd.Scene(
+    wd.LumpedStructure(
+        {"x": 1e5, "y": 1e5},
+        [
+            wd.BiaxialSpring(
+                "bearing",
+                {"x": 1.0},
+                {"y": 1.0},
+                law="circular_yield",
+                stiffness=1e7,
+                yield_force=1e5,
+                post_yield_stiffness=1e6,
+            ),
+            wd.Spring(
+                "wall", {"x": 1.0}, law=wd.laws.YeLiZhuContact(clearance=1.0, hertz_stiffness=2e9, restitution=0.6)
+            ),
+        ],
+        influence=[{"x": 1.0}, {"y": 1.0}],
+        damping="mass_proportional",
+        damping_ratio=0.05,
+    ),
+    wd.PairOfMotions(MOTION, MOTION),
 )
 DENSE = Plan(
     "dense", 3, rules_of("elastic"), "matrix", "force_history", tuple(sorted(RECORDERS["dense"])), "rk4", "float64"
@@ -293,6 +319,8 @@ def plans():
     for method, law in (("rk4", "bouc_wen_1"), ("kutta3", "bilinear")):
         yield replace(LUMPED, method=method, law=rules_of(law), starts_displaced=True)
         yield build.history_plan(replace(LUMPED, pattern=replace(LUMPED.pattern, components=2)))
+    # A contact that depends on the rate, and a spring with two components.
+    yield plan_of(MIXED, dynamics_of(MIXED), "rk4", "float32", is_gpu=False)
     # Collapses in groups of steps.
     yield replace(PLAIN, method="stoermer", recorders=("drift",), undivided=True)
 

@@ -52,7 +52,8 @@ def test_a_small_lumped_structure_stays_in_registers(tmp_path):
             direction |= {f"{axis}{floor - 1}": -1.0, f"theta{floor - 1}": -arm} if floor > 1 else {}
             law = wd.laws.Bilinear(yield_force=1e6, hardening_ratio=0.05)
             springs.append(wd.Spring(f"{floor}{axis}{arm}", direction, law=law, stiffness=1e8))
-    building = wd.LumpedStructure(masses, springs, damping="rayleigh", damping_ratio=0.05)
+    influence = {f"x{floor}": 1.0 for floor in range(1, 5)}
+    building = wd.LumpedStructure(masses, springs, influence=influence, damping="rayleigh", damping_ratio=0.05)
     scatter = {"stiffness": wd.RandomFactor(wd.Lognormal(1.0, 0.1), per="spring")}
     scene = wd.Scene(building, wd.GroundMotion([0.0, 1.0], 0.01), scatter, recorders=("spring",))
     plan = plan_of(scene, dynamics_of(scene), "rk4", "float32", is_gpu=True)

@@ -59,8 +59,8 @@ class ShearBuilding(CalibratedChain, ProtectedChain, Structure):
             OpenSees' "Steel01", with its parameters in `**parameters`. `warpdyn.laws.LAWS` lists all laws; the help of
             a law's class explains its parameters.
         devices: Dampers and stops parallel to the storeys' springs, by name or as objects: `FrictionDamper`,
-        `ViscousDamper`,
-            `Gap` (stops on both sides of the storey's drift) or `OneSidedGap` (a stop on the positive side).
+            `ViscousDamper`, `Gap` (stops on both sides of the storey's drift) or `OneSidedGap` (a stop on the positive
+            side).
         damping: Inherent damping:
             "none";
             "storey" (`damping_coefficient` per storey);
@@ -84,10 +84,9 @@ class ShearBuilding(CalibratedChain, ProtectedChain, Structure):
         drift_ratio_capacity: Storey drift ratio at which the building collapses [1], shape [storey]. If both
             capacities are given, the smaller drift counts in each storey.
         **parameters: Parameters of the damping, and of laws, dampers and stops that are given by name: one value or one
-        per
-            storey, such as `yield_force` [N] and `damping_ratio`. If laws differ, a value is used in the storeys whose
-            law has the parameter; other storeys have NaN. If a storey has no friction damper, viscous damper or gap,
-            give it 0 as `slip_force` [N], `damper_coefficient` [N (s/m)^a] or `contact_stiffness` [N/m].
+            per storey, such as `yield_force` [N] and `damping_ratio`. If laws differ, a value is used in the storeys
+            whose law has the parameter; other storeys have NaN. If a storey has no friction damper, viscous damper or
+            gap, give it 0 as `slip_force` [N], `damper_coefficient` [N (s/m)^a] or `contact_stiffness` [N/m].
 
     Raises:
         ValueError: If a value is out of bounds, lengths differ, a name is unknown, or a storey buckles under its load.

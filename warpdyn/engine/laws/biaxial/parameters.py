@@ -181,7 +181,7 @@ class CircularYield(BiaxialLaw):
 class FrictionSlider(BiaxialLaw):
     """A spherical slider whose friction increases with the speed (Constantinou, Mokha and Reinhorn 1990).
 
-    mu = fast_friction - (fast_friction - slow_friction) exp(-rate_parameter |u'|), where |u'| is the resultant speed
+    mu = fast_friction - (fast_friction - slow_friction) exp(-rate_parameter v), where v is the resultant speed
     (OpenSees: frictionModel VelDependent). `stiffness` is that before sliding, at rest; it decides the yield
     displacement slow_friction weight / (stiffness - weight / radius), usually about 1 mm. The shorter the yield
     displacement, the shorter the step.
