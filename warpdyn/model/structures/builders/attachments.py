@@ -6,12 +6,16 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from warpdyn.foundations.core.checks import check_kind, checked_text, real_number, shortened, whole_number
+from warpdyn.foundations.core.checks import checked_text, real_number, shortened, whole_number
 from warpdyn.foundations.core.near_misses import suggests_names
-from warpdyn.model.structures.builders.chains import lumped_chain
-from warpdyn.model.structures.builders.changed_structures import arguments_after, values_of_one, whole_mass
+from warpdyn.model.structures.builders.changed_structures import (
+    arguments_after,
+    lumped,
+    modes,
+    values_of_one,
+    whole_mass,
+)
 from warpdyn.model.structures.lumped.inerters import optimum_tmdi
-from warpdyn.model.structures.lumped.matrices import undamped
 from warpdyn.model.structures.lumped.names import check_known, checked_coefficients, row_of
 from warpdyn.model.structures.lumped.spring import Spring
 from warpdyn.model.structures.lumped.structure import LumpedStructure
@@ -63,7 +67,7 @@ def with_equipment(
         >>> equipped.modal()["period"].values[:2].round(3)
         array([0.54 , 0.525])
     """
-    whole = _lumped("with_equipment", structure)
+    whole = lumped("with_equipment", structure)
     own_mass = real_number("mass [kg]", mass, above=0)
     ratio = real_number("damping_ratio", damping_ratio, least=0)
     if (period is None) == (tuned_to_mode is None):
@@ -71,7 +75,7 @@ def with_equipment(
         raise ValueError(f"with_equipment(): give period= in s or tuned_to_mode=, such as tuned_to_mode=1; got {given}")
     if tuned_to_mode is not None:
         mode = whole_number("tuned_to_mode", tuned_to_mode, 1, whole.dofs)
-        omega = float(np.sqrt(_modes(whole)[0][mode - 1]))
+        omega = float(np.sqrt(modes(whole)[0][mode - 1]))
     else:
         omega = 2 * np.pi / real_number("period [s]", period, above=0)
     return _with_mass(whole, name, _row(whole, at), own_mass, own_mass * omega**2, 2 * ratio * omega * own_mass)
@@ -127,7 +131,7 @@ def with_absorber(
         >>> damped.dof_names
         ('u1', 'u2', 'absorber')
     """
-    whole = _lumped("with_absorber", structure)
+    whole = lumped("with_absorber", structure)
     mu = real_number("mass_ratio", mass_ratio, above=0)
     beta = real_number("inertance_ratio", inertance_ratio, least=0)
     other = None if inerter_to is None else checked_text("inerter_to", inerter_to)
@@ -143,7 +147,7 @@ def with_absorber(
         frequency_ratio = optimum.frequency_ratio if frequency_ratio is None else frequency_ratio
         damping_ratio = optimum.damping_ratio if damping_ratio is None else damping_ratio
     row = _row(whole, checked_text("at", at))
-    squared, shapes = _modes(whole)
+    squared, shapes = modes(whole)
     number = whole_number("mode", mode, 1, whole.dofs) - 1
     moved = float(row @ shapes[:, number])
     if abs(moved) < LEAST_SHAPE * np.abs(shapes[:, number]).max():
@@ -210,14 +214,6 @@ def _with_mass(
     )
 
 
-def _lumped(function: str, structure: LumpedStructure | ShearBuilding) -> LumpedStructure:
-    """Return the structure as a LumpedStructure."""
-    if isinstance(structure, ShearBuilding):
-        return lumped_chain(structure)
-    check_kind(function, "a LumpedStructure or ShearBuilding", structure, LumpedStructure)
-    return structure
-
-
 def _row(structure: LumpedStructure, at: str | Mapping[str, float]) -> np.ndarray:
     """Return the coefficients of a displacement, shape [dof]."""
     given = {at: 1.0} if isinstance(at, str) else checked_coefficients("at", at)
@@ -226,10 +222,3 @@ def _row(structure: LumpedStructure, at: str | Mapping[str, float]) -> np.ndarra
     if not row.any():
         raise ValueError(f"at must have a coefficient other than 0, such as {{'u2': 1.0}}, got {shortened(at)}")
     return row
-
-
-def _modes(structure: LumpedStructure) -> tuple[np.ndarray, np.ndarray]:
-    """Return squared circular frequencies [rad2/s2] and shapes of unit modal mass, shape [dof, mode]."""
-    one = values_of_one(structure)
-    squared, shapes = undamped(structure.mass_matrices(one), structure.stiffness_matrices(one))
-    return squared[0], shapes[0]

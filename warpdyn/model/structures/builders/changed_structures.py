@@ -9,9 +9,13 @@ from typing import Any
 
 import numpy as np
 
+from warpdyn.foundations.core.checks import check_kind
+from warpdyn.model.structures.builders.chains import lumped_chain
 from warpdyn.model.structures.lumped.biaxial_spring import BiaxialSpring, Component
+from warpdyn.model.structures.lumped.matrices import undamped
 from warpdyn.model.structures.lumped.spring import Spring
 from warpdyn.model.structures.lumped.structure import LumpedStructure
+from warpdyn.model.structures.shear_building import ShearBuilding
 
 
 def arguments_after(structure: LumpedStructure, dofs: Sequence[str], old: np.ndarray) -> dict[str, Any]:
@@ -52,6 +56,21 @@ def arguments_after(structure: LumpedStructure, dofs: Sequence[str], old: np.nda
     springs += [BiaxialSpring.of_components(*pair) for pair in zip(components[::2], components[1::2], strict=True)]
     outputs = {name: row_in_new(row) for name, row in structure.outputs.items()}
     return found | {"springs": springs, "outputs": outputs}
+
+
+def lumped(function: str, structure: LumpedStructure | ShearBuilding) -> LumpedStructure:
+    """Return a structure as a LumpedStructure; raise a TypeError that names the function for another class."""
+    if isinstance(structure, ShearBuilding):
+        return lumped_chain(structure)
+    check_kind(function, "a LumpedStructure or ShearBuilding", structure, LumpedStructure)
+    return structure
+
+
+def modes(structure: LumpedStructure) -> tuple[np.ndarray, np.ndarray]:
+    """Return squared circular frequencies [rad2/s2] and shapes of unit modal mass, shape [dof, mode]."""
+    one = values_of_one(structure)
+    squared, shapes = undamped(structure.mass_matrices(one), structure.stiffness_matrices(one))
+    return squared[0], shapes[0]
 
 
 def values_of_one(structure: LumpedStructure) -> dict[str, np.ndarray]:

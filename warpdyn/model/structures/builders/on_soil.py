@@ -9,8 +9,7 @@ import numpy as np
 
 from warpdyn.foundations.core.checks import check_kind, one_of, real_number
 from warpdyn.foundations.core.near_misses import suggests_names, with_suggestions
-from warpdyn.model.structures.builders.chains import lumped_chain
-from warpdyn.model.structures.builders.changed_structures import arguments_after, values_of_one, whole_mass
+from warpdyn.model.structures.builders.changed_structures import arguments_after, lumped, modes, whole_mass
 from warpdyn.model.structures.builders.flexural_shear_building import FlexuralShearBuilding
 from warpdyn.model.structures.lumped.foundations.footing import RectangularFooting, Soil
 from warpdyn.model.structures.lumped.foundations.pais_kausel import (
@@ -19,7 +18,6 @@ from warpdyn.model.structures.lumped.foundations.pais_kausel import (
     pais_kausel_stiffness,
 )
 from warpdyn.model.structures.lumped.foundations.period_on_soil import period_ratio_on_soil
-from warpdyn.model.structures.lumped.matrices import undamped
 from warpdyn.model.structures.lumped.spring import Spring
 from warpdyn.model.structures.lumped.structure import LumpedStructure
 from warpdyn.model.structures.shear_building import ShearBuilding
@@ -107,7 +105,7 @@ def foundation_springs(
     check_footing("foundation_springs", footing, soil)
     one_of("direction", direction, MODES)
     damping = real_number("soil_damping_ratio", soil_damping_ratio, least=0)
-    whole = _lumped("foundation_springs", structure)
+    whole = _in_one_direction("foundation_springs", structure)
     heights = _heights("foundation_springs", structure, whole, floor_heights)
     mass, height, period = _first_mode(whole, heights)
     sway, rocking = MODES[direction]
@@ -175,7 +173,7 @@ def structure_on_soil(
     check_kind("structure_on_soil", "FoundationSprings", springs, FoundationSprings, "call wd.foundation_springs(...)")
     base_mass = real_number("foundation_mass [kg]", foundation_mass, above=0)
     inertia = real_number("rocking_inertia [kg m2]", rocking_inertia, above=0)
-    whole = _lumped("structure_on_soil", structure)
+    whole = _in_one_direction("structure_on_soil", structure)
     heights = _heights("structure_on_soil", structure, whole, floor_heights)
     if whole.load_mass is not None:
         raise ValueError(
@@ -214,10 +212,9 @@ def structure_on_soil(
     )
 
 
-def _lumped(function: str, structure: LumpedStructure | ShearBuilding) -> LumpedStructure:
+def _in_one_direction(function: str, structure: LumpedStructure | ShearBuilding) -> LumpedStructure:
     """Return the structure as a LumpedStructure with one component of base motion."""
-    check_kind(function, "a ShearBuilding or LumpedStructure", structure, LumpedStructure | ShearBuilding)  # type: ignore[arg-type] # isinstance takes unions
-    found = lumped_chain(structure) if isinstance(structure, ShearBuilding) else structure
+    found = lumped(function, structure)
     if found.components > 1:
         raise ValueError(
             f"{function}(): the structure has {found.components} components of base motion; give one, such as "
@@ -250,9 +247,8 @@ def _heights(
 
 def _first_mode(structure: LumpedStructure, heights: np.ndarray) -> tuple[float, float, float]:
     """Return effective mass [kg], effective height [m] and period [s] of the first mode."""
-    one = values_of_one(structure)
-    squared, shapes = undamped(structure.mass_matrices(one), structure.stiffness_matrices(one))
-    momentum = structure.mass_matrices(one)[0] @ shapes[0, :, 0]
+    squared, shapes = modes(structure)
+    momentum = whole_mass(structure) @ shapes[:, 0]
     influence = structure.influence[:, 0]
     share = momentum @ influence
-    return float(share**2), float(momentum @ (heights * influence) / share), float(2 * np.pi / np.sqrt(squared[0, 0]))
+    return float(share**2), float(momentum @ (heights * influence) / share), float(2 * np.pi / np.sqrt(squared[0]))
