@@ -67,7 +67,9 @@ class LumpedDynamics(Dynamics):
             parameters[name] = np.stack([np.broadcast_to(row, value.shape) for row in rows])
         if structure.problem(parameters):  # drawing the structures raises an error that names the value
             parameters = {name: values[2:] for name, values in parameters.items()}
-        matrices = self._matrices(parameters, structure.rayleigh(parameters, self._frequencies(parameters)))
+        elastic = structure.mass_matrices(parameters), structure.stiffness_matrices(parameters)
+        rayleigh = structure.rayleigh(parameters, np.sqrt(undamped(*elastic)[0]))
+        matrices = self._matrices(parameters, rayleigh)
         tables = {name: table_of(matrix) for name, matrix in matrices.items()}
         for name in ("stiffness", "damping", "unmoved"):
             if tables[name].is_empty:
@@ -122,28 +124,23 @@ class LumpedDynamics(Dynamics):
             "output": np.broadcast_to(structure.output_rows, (count, *structure.output_rows.shape)),
         }
 
-    def _frequencies(self, parameters: Arrays) -> np.ndarray:
-        """Return the circular frequencies of the elastic structures [rad/s], shape [structure, mode]."""
-        mass, stiffness = self.structure.mass_matrices(parameters), self.structure.stiffness_matrices(parameters)
-        return np.sqrt(undamped(mass, stiffness)[0])
-
     def _vibration(self, parameters: Arrays, method: Method) -> tuple[np.ndarray, ...]:
         structure = self.structure
-        frequency = self._frequencies(parameters)
+        mass, elastic = structure.mass_matrices(parameters), structure.stiffness_matrices(parameters)
+        frequency = np.sqrt(undamped(mass, elastic)[0])
         rayleigh = structure.rayleigh(parameters, frequency)
-        mass, damping = structure.mass_matrices(parameters), structure.damping_matrices(parameters, rayleigh)
-        eigenvalues = state_eigenvalues(mass, damping, structure.stiffness_matrices(parameters))
+        damping = structure.damping_matrices(parameters, rayleigh)
+        eigenvalues = state_eigenvalues(mass, damping, elastic)
         rate = highest_damping_rate(mass, damping)
         stable = stable_step_of_eigenvalues(method, eigenvalues, frequency[:, -1], rate)
         if not self.forces.is_linear:
-            stiffest = structure.storey_law.stiffest(of_springs_only(parameters))
-            tangent = structure.stiffness_matrices(parameters, stiffest)
+            law, of_springs = structure.storey_law, of_springs_only(parameters)
+            tangent = structure.stiffness_matrices(parameters, law.stiffest(of_springs))
             highest = np.sqrt(undamped(mass, tangent)[0][:, -1])
-            steepest = structure.storey_law.steepest_damping(of_springs_only(parameters))
+            steepest = law.steepest_damping(of_springs)
             if steepest.any():
                 rate = highest_damping_rate(mass, damping + structure.of_springs(steepest))
-            relaxation = structure.storey_law.relaxation_rate(of_springs_only(parameters))
-            rate = np.maximum(rate, relaxation.max(axis=-1))
+            rate = np.maximum(rate, law.relaxation_rate(of_springs).max(axis=-1))
             stable = stable_step_of_yielding(method, highest, rate, stable)
         return 2 * np.pi / frequency[:, 0], slowest_decay(eigenvalues), stable, rayleigh.T
 
