@@ -224,7 +224,7 @@ def fitting_methods(forces: StoreyForces, damping: str = "none") -> tuple[str, .
         unfit |= {name for name, method in METHODS.items() if method.kind == "explicit" and method.starts_halfway}
     if forces.is_lumped:
         unfit |= {name for name, method in METHODS.items() if not _fits_lumped(method)}
-    if forces.relaxes or not forces.is_chain:
+    if forces.relaxes or not (forces.is_chain or forces.is_lumped):
         unfit |= {name for name, method in METHODS.items() if isinstance(method, MultistepMethod)}
     if damping == "rayleigh_tangent" or forces.relaxes:
         unfit |= {name for name, method in METHODS.items() if method.kind == "implicit"}
@@ -232,6 +232,8 @@ def fitting_methods(forces: StoreyForces, damping: str = "none") -> tuple[str, .
 
 
 def _fits_lumped(method: Method) -> bool:
+    if isinstance(method, MultistepMethod):
+        return True
     return isinstance(method, ExplicitMethod) and not (method.is_adaptive or method.starts_halfway)
 
 

@@ -114,7 +114,7 @@ def pair_energy():
     stored_in_pair = pair_energy_of(pair_drift, pair_values, own)
 
 
-def finish_pairs():
+def finish_rows():
     if ENERGY:
         for pair in range(PAIRS):
             slot("pair_energy")

@@ -8,14 +8,14 @@ spring or degree of freedom, which names only entries that are not 0 (see kernel
 from __future__ import annotations
 
 from warpdyn.engine.device.processor import align_rows
-from warpdyn.engine.kernels.plan import Plan, tableau
+from warpdyn.engine.kernels.plan import Plan, keeps_drifts, tableau
 from warpdyn.engine.laws.springs import spring_row
 
 
 def names(plan: Plan) -> dict[str, object]:
     """Return the constants, types and functions in the skeleton's text."""
     method, law = tableau(plan), spring_row(plan.law)
-    is_mapping = law.return_mapping is not None
+    is_mapping, is_multistep = law.return_mapping is not None, keeps_drifts(plan)
     return {
         "STAGES": method.stages,
         "weight": method.weight,
@@ -23,13 +23,13 @@ def names(plan: Plan) -> dict[str, object]:
         "ONCE": True,
         "KEEPS_SLOPES": method.keeps_slopes,
         # The stage's state includes the memory of laws with a rate.
-        "TAKES_MEMORY": law.rate is not None,
+        "TAKES_MEMORY": law.rate is not None and not is_multistep,
         # If the last stage is at the end of the step, its memory is the memory at the end of the step.
-        "MAPS_IN_STAGE": is_mapping and law.rate is None and method.ends_in_stage,
+        "MAPS_IN_STAGE": is_mapping and law.rate is None and (is_multistep or method.ends_in_stage),
         "HANDS_DOWN": False,
         # If the last stage is at the end of the step, its velocity is not the final velocity of the step. Then energies
         # are integrated by the trapezoidal rule over accepted states.
-        "TRAPEZOIDAL": method.ends_in_stage,
+        "TRAPEZOIDAL": is_multistep or method.ends_in_stage,
         "LAGS": False,
     }
 
@@ -63,6 +63,7 @@ def integrate_lumped(
 ):
     align_rows()
     block = first + wp.tid()
+    slot("place")
     coefficients = table()
     terms = term_rows()  # values of the entries of all matrices
     u = matrix()  # accepted state: displacement and velocity of degrees of freedom, memory of springs
@@ -86,17 +87,15 @@ def integrate_lumped(
     for j in range(LANES):
         slot("read_lane")
         slot("read_sample")
-        for q in range(TERMS):
-            terms[q, j] = structures.terms[q, s]
         for i in range(SPRINGS):
             for q in range(C):
-                coefficients[i * C + q, j] = structures.coefficients[i * C + q, s]
+                coefficients[i * C + q, j] = structures.coefficients[number_of_spring * C + q, s]
             slot("read_spring")
         for i in range(ROWS):
             slot("read_spring_row")
         for i in range(N):
-            u[i, j] = loads.initial_displacement[i]
-            v[i, j] = loads.initial_velocity[i]
+            u[i, j] = loads.initial_displacement[g]
+            v[i, j] = loads.initial_velocity[g]
             slot("read_storey")
             us[i, j] = u[i, j]
             vs[i, j] = v[i, j]
@@ -157,7 +156,12 @@ def integrate_lumped(
                     slot("see_state")
                 slot("end_stage")
             slot("end_stages")
-            if not KEEPS_SLOPES:
+            if STOREY_THREADS and not (KEEPS_SLOPES or KEEPS_DRIFTS):
+                for i in range(N):
+                    for j in range(LANES):
+                        us[i, j] = u[i, j]
+                        vs[i, j] = v[i, j]
+            elif not (KEEPS_SLOPES or KEEPS_DRIFTS):
                 for i in range(N):
                     for j in range(LANES):
                         u[i, j] += h[j] * un[i, j]
@@ -177,20 +181,25 @@ def integrate_lumped(
         slot("finish")
         for i in range(N):
             total += u[i, j] + v[i, j]
-            slot("finish_storey")
         for i in range(SPRINGS):
             for m in range(M):
                 total += z[i * M + m, j]
-            slot("finish_spring")
-        for i in range(ROWS):
-            slot("finish_spring_row")
-        slot("finish_pairs")
         slot("after_finish")
-        status = ok
-        slot("judge_demand")
-        slot("judge_state")
-        if not wp.isfinite(total):  # a sum with an infinite value or NaN is not finite
-            status = diverged
-        slot("judge_step")
-        output.status[o] = status
-        slot("write")
+        # Threads that share a sample with others write only if the sample exists.
+        if block < control.samples if STOREY_THREADS else ONCE:
+            for i in range(N):
+                slot("finish_storey")
+            for i in range(SPRINGS):
+                slot("finish_spring")
+            for i in range(ROWS):
+                slot("finish_spring_row")
+            slot("finish_rows")
+            if section == 0 if STOREY_THREADS else ONCE:
+                status = ok
+                slot("judge_demand")
+                slot("judge_state")
+                if not wp.isfinite(total):  # a sum with an infinite value or NaN is not finite
+                    status = diverged
+                slot("judge_step")
+                output.status[o] = status
+                slot("write")
