@@ -53,6 +53,7 @@ class Plan:
         has_drift_capacity: Whether storeys have individual drift capacities in addition to the building's limit of the
             drift ratio.
         resumes: Whether each structure starts from its final state in the last event.
+        by_storey: Whether the kernel of a lumped structure walks over equal storeys (see lumped/by_storey.py).
         undivided: Whether the motions contain one value for each integration step (see `Model.launched`).
         starts_displaced: Whether yielding storeys start at an initial drift, to which they are pushed slowly from rest.
         records_late: Whether peaks are recorded only after a later time than the start of the run (`record_from`).
@@ -75,6 +76,7 @@ class Plan:
     collapses: bool = False
     has_drift_capacity: bool = False
     resumes: bool = False
+    by_storey: bool = False
     undivided: bool = False
     starts_displaced: bool = False
     records_late: bool = False
@@ -97,8 +99,8 @@ class Plan:
 
     @property
     def storeys(self) -> Storeys | None:
-        """The storeys of a lumped structure whose storeys are divided among threads; otherwise None."""
-        return None if self.pattern is None or self.sections == 1 else storeys_of(self.pattern)
+        """The storeys of a lumped structure whose kernel walks over equal storeys; otherwise None."""
+        return storeys_of(self.pattern) if self.by_storey and self.pattern is not None else None
 
     def threads_of(self, samples: int) -> int:
         """Return the number of threads for a number of samples."""

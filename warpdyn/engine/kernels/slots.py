@@ -105,6 +105,7 @@ GROUPS: dict[str, dict[str, Slot]] = {
             "kernel", "Declare variables: row() has one value per lane, matrix() one per storey and lane."
         ),
         "place": _slot("kernel", "Find the storeys and samples of the thread.", "", "block section lowest g"),
+        "share_warp": _slot("kernel", "Find the storeys of a thread that shares a sample (lumped structures).", "", "block section lowest"),
         "find_lower_floor": _slot("kernel", "Find the state of the floor below the storeys of the thread (lumped structures)."),
         "compare_floors": _slot("lane", "Find the state of a floor relative to the floor below (lumped structures)."),
         "leave_floor": _slot("lane", "Move on from a floor to the floor above (lumped structures)."),

@@ -32,6 +32,7 @@ def names(plan):
     count = pattern.values + pattern.springs * pattern.has_dashpots
     count += pattern.values_of_pairs + (pattern.values_of_energies if "energy" in plan.recorders else 0)
     return {
+        "THREADS": 1,
         "ROWS": pattern.springs,
         "TERMS": count,
         "FIRST_DASHPOT": pattern.values,

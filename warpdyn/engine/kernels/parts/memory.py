@@ -27,7 +27,7 @@ def restore():
             f = held_of(drift, memory, c)
         else:
             f = force_of(drift, memory, c)
-    elif STOREY_THREADS and stage == 0:
+    elif BY_STOREY and stage == 0:
         f = followed_of(drift, memory, c)
     elif HOLDS_FORCE:
         f = held_of(drift, memory, c)

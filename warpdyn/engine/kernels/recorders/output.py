@@ -54,7 +54,7 @@ def declare():
 
 
 def see_state():
-    if STOREY_THREADS:
+    if BY_STOREY:
         slot("find_lower_floor")
         for floor in range(FLOORS):
             for j in range(LANES):

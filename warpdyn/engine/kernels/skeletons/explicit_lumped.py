@@ -156,7 +156,7 @@ def integrate_lumped(
                     slot("see_state")
                 slot("end_stage")
             slot("end_stages")
-            if STOREY_THREADS and not (KEEPS_SLOPES or KEEPS_DRIFTS):
+            if BY_STOREY and not (KEEPS_SLOPES or KEEPS_DRIFTS):
                 for i in range(N):
                     for j in range(LANES):
                         us[i, j] = u[i, j]
@@ -186,7 +186,7 @@ def integrate_lumped(
                 total += z[i * M + m, j]
         slot("after_finish")
         # Threads that share a sample with others write only if the sample exists.
-        if block < control.samples if STOREY_THREADS else ONCE:
+        if block < control.samples if THREADS > 1 else ONCE:
             for i in range(N):
                 slot("finish_storey")
             for i in range(SPRINGS):
@@ -194,7 +194,7 @@ def integrate_lumped(
             for i in range(ROWS):
                 slot("finish_spring_row")
             slot("finish_rows")
-            if section == 0 if STOREY_THREADS else ONCE:
+            if section == 0 if THREADS > 1 else ONCE:
                 status = ok
                 slot("judge_demand")
                 slot("judge_state")

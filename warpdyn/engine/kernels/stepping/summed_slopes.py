@@ -59,7 +59,7 @@ def state_below():
 
 def end_storey():
     ha = h[j] * reach[stage]
-    if DENSE or (EXPLICIT_LUMPED and not STOREY_THREADS):
+    if DENSE or (EXPLICIT_LUMPED and not BY_STOREY):
         un[i, j] += weight[stage] * vi
         vn[i, j] += weight[stage] * ai
         us[i, j] = u[i, j] + ha * vi

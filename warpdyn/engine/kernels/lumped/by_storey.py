@@ -34,7 +34,7 @@ def names(plan):
     return {
         "THREADS": threads,
         "SAMPLES_OF_WARP": WARP // threads,
-        "HAS_IDLE_THREADS": WARP % threads > 0,
+        "HAS_IDLE_THREADS": threads > 1 and WARP % threads > 0,
         "FLOORS": of_thread,
         "WIDTH": width,
         "SPRINGS_OF_STOREY": springs,
@@ -136,6 +136,13 @@ def _texts(storeys, components, displacement, velocity):
 
 
 def place():
+    section = int(0)
+    lowest = int(0)
+    if THREADS > 1:
+        slot("share_warp")
+
+
+def share_warp():
     thread = block % 32
     block = (block // 32) * SAMPLES_OF_WARP + thread // THREADS
     section = thread % THREADS
@@ -198,7 +205,8 @@ def read_sample():
 
 
 def start():
-    intervals = across_warp(intervals)  # the threads of a warp exchange values at every stage
+    if THREADS > 1:
+        intervals = across_warp(intervals)  # the threads of a warp exchange values at every stage
 
 
 def gather_springs():
@@ -214,8 +222,12 @@ def gather_springs():
 def find_lower_floor():
     for j in range(LANES):
         for k in range(WIDTH):
-            lower_u[k, j] = from_thread(us[(FLOORS - 1) * WIDTH + k, j], thread_below)
-            lower_v[k, j] = from_thread(vs[(FLOORS - 1) * WIDTH + k, j], thread_below)
+            if THREADS > 1:
+                lower_u[k, j] = from_thread(us[(FLOORS - 1) * WIDTH + k, j], thread_below)
+                lower_v[k, j] = from_thread(vs[(FLOORS - 1) * WIDTH + k, j], thread_below)
+            else:
+                lower_u[k, j] = dtype(0.0)
+                lower_v[k, j] = dtype(0.0)
 
 
 def compare_floors():
@@ -237,7 +249,10 @@ def gather_forces():
             FOOTINGS
     for j in range(LANES):
         for k in range(WIDTH):
-            upper_footing[k, j] = from_thread(footing[k, j], thread_above)
+            if THREADS > 1:
+                upper_footing[k, j] = from_thread(footing[k, j], thread_above)
+            else:
+                upper_footing[k, j] = dtype(0.0)
     for down in range(FLOORS):
         floor = FLOORS - 1 - down
         for j in range(LANES):
@@ -249,4 +264,5 @@ def gather_forces():
 
 
 def after_finish():
-    total = over_sections(total, first_thread, THREADS)
+    if THREADS > 1:
+        total = over_sections(total, first_thread, THREADS)
