@@ -261,6 +261,15 @@ GROUPS: dict[str, dict[str, Slot]] = {
             "memory c",
             "drift rate f restoring dashpot",
         ),
+        "visit_spring_of_lane": _slot(
+            "spring, lane", "Evaluate a spring in a lane.", "memory c", "drift rate f restoring dashpot spring_force z zs"
+        ),
+        "walk_storeys": _slot("kernel", "Evaluate all springs, storey by storey (lumped structures).", "", "i"),
+        "sum_up_springs": _slot("kernel", "Sum up the forces of springs in each storey (lumped structures)."),
+        "find_upper_forces": _slot("kernel", "Find the forces of the storey above the thread (lumped structures)."),
+        "accelerate_floor": _slot("lane", "Compute the accelerations of a floor (lumped structures)."),
+        "accelerate_storeys": _slot("kernel", "Compute the accelerations of all floors (lumped structures).", "", "i"),
+        "accelerate_dof": _slot("row, lane", "After the accelerations of dof i are known.", "moving", "vi ai"),
         "visit_pairs": _slot(
             "kernel",
             "Evaluate the forces of all biaxial springs in a stage (lumped structures).",

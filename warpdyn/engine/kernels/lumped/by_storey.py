@@ -242,25 +242,63 @@ def leave_floor():
         lower_v[k, j] = vs[floor * WIDTH + k, j]
 
 
-def gather_forces():
+def walk_storeys():
+    slot("find_lower_floor")
+    for floor in range(FLOORS):
+        for j in range(LANES):
+            slot("compare_floors")
+            STOREY_DEFORMATIONS
+            STOREY_RATES
+            slot("leave_floor")
+            for spring in range(SPRINGS_OF_STOREY):
+                i = floor * SPRINGS_OF_STOREY + spring
+                slot("visit_spring_of_lane")
+            STOREY_FORCES
+            FOOTINGS
+
+
+def sum_up_springs():
     for floor in range(FLOORS):
         for j in range(LANES):
             STOREY_FORCES
             FOOTINGS
+
+
+def gather_forces():
+    slot("sum_up_springs")
+    slot("find_upper_forces")
+    for down in range(FLOORS):
+        floor = FLOORS - 1 - down
+        for j in range(LANES):
+            slot("accelerate_floor")
+
+
+def accelerate_storeys():
+    slot("find_upper_forces")
+    for down in range(FLOORS):
+        floor = FLOORS - 1 - down
+        for j in range(LANES):
+            slot("accelerate_floor")
+            for k in range(WIDTH):
+                i = floor * WIDTH + k
+                slot("accelerate_dof")
+
+
+def find_upper_forces():
     for j in range(LANES):
         for k in range(WIDTH):
             if THREADS > 1:
                 upper_footing[k, j] = from_thread(footing[k, j], thread_above)
             else:
                 upper_footing[k, j] = dtype(0.0)
-    for down in range(FLOORS):
-        floor = FLOORS - 1 - down
-        for j in range(LANES):
-            for k in range(WIDTH):
-                net_force[k, j] = upper_footing[k, j] - storey_force[floor * WIDTH + k, j]
-                upper_footing[k, j] = footing[floor * WIDTH + k, j]
-            FLOOR_ACCELERATIONS
-            FLOOR_BASE_ACCELERATIONS
+
+
+def accelerate_floor():
+    for k in range(WIDTH):
+        net_force[k, j] = upper_footing[k, j] - storey_force[floor * WIDTH + k, j]
+        upper_footing[k, j] = footing[floor * WIDTH + k, j]
+    FLOOR_ACCELERATIONS
+    FLOOR_BASE_ACCELERATIONS
 
 
 def after_finish():

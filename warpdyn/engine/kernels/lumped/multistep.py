@@ -125,10 +125,10 @@ def move_storey():
 
 
 def end_attempt():
-    if index == 0:
-        slot("correct_start")
-    if CORRECTS:
-        if index == 1:
+    if index < 2:
+        if index == 0:
+            slot("correct_start")
+        elif CORRECTS:
             slot("correct_second_step")
     if LANES > 1:
         if resting > 0:

@@ -8,6 +8,7 @@ spring or degree of freedom, which names only entries that are not 0 (see kernel
 from __future__ import annotations
 
 from warpdyn.engine.device.processor import align_rows
+from warpdyn.engine.kernels.parts import straight_branches
 from warpdyn.engine.kernels.plan import Plan, keeps_drifts, tableau
 from warpdyn.engine.laws.springs import spring_row
 
@@ -16,6 +17,7 @@ def names(plan: Plan) -> dict[str, object]:
     """Return the constants, types and functions in the skeleton's text."""
     method, law = tableau(plan), spring_row(plan.law)
     is_mapping, is_multistep = law.return_mapping is not None, keeps_drifts(plan)
+    maps_in_stage = is_mapping and law.rate is None and (is_multistep or method.ends_in_stage)
     return {
         "STAGES": method.stages,
         "weight": method.weight,
@@ -25,12 +27,17 @@ def names(plan: Plan) -> dict[str, object]:
         # The stage's state includes the memory of laws with a rate.
         "TAKES_MEMORY": law.rate is not None and not is_multistep,
         # If the last stage is at the end of the step, its memory is the memory at the end of the step.
-        "MAPS_IN_STAGE": is_mapping and law.rate is None and (is_multistep or method.ends_in_stage),
+        "MAPS_IN_STAGE": maps_in_stage,
         "HANDS_DOWN": False,
         # If the last stage is at the end of the step, its velocity is not the final velocity of the step. Then energies
         # are integrated by the trapezoidal rule over accepted states.
         "TRAPEZOIDAL": is_multistep or method.ends_in_stage,
         "LAGS": False,
+        # Whether parts read the deformations of the accepted state after a step.
+        "GATHERS_AT_END": plan.storeys is None or "residual" in plan.recorders or (is_mapping and not maps_in_stage),
+        # Whether one loop over the storeys computes deformations and forces. Laws with straight branches and methods
+        # that keep slopes need separate loops.
+        "FUSES": plan.storeys is not None and not (method.keeps_slopes or straight_branches.wanted(plan)),
     }
 
 
@@ -38,24 +45,42 @@ def visit_spring():
     """Evaluate the force of spring i in a stage."""
     slot("before_storey")
     for j in range(LANES):
-        drift = deformation[i, j]
-        rate = deformation_rate[i, j]
-        slot("storey_coefficients")
-        slot("memory_of_stage")
-        if not HAS_RESTORE:
-            f = force_of(drift, memory, c)
-        slot("restore")
-        slot("add_velocity_force")
-        restoring = f
-        if HAS_ADD_TO_DASHPOT:
-            dashpot = dtype(0.0)
-            slot("add_to_dashpot")
-            f += dashpot
-        if stage == 0:
-            slot("see_spring")
-        slot("see_power_of_spring")
-        spring_force[i, j] = f
-        slot("end_spring")
+        slot("visit_spring_of_lane")
+
+
+def visit_spring_of_lane():
+    drift = deformation[i, j]
+    rate = deformation_rate[i, j]
+    slot("storey_coefficients")
+    slot("memory_of_stage")
+    if not HAS_RESTORE:
+        f = force_of(drift, memory, c)
+    slot("restore")
+    slot("add_velocity_force")
+    restoring = f
+    if HAS_ADD_TO_DASHPOT:
+        dashpot = dtype(0.0)
+        slot("add_to_dashpot")
+        f += dashpot
+    if stage == 0:
+        slot("see_spring")
+    slot("see_power_of_spring")
+    spring_force[i, j] = f
+    slot("end_spring")
+
+
+def accelerate_dof():
+    """Statements after the accelerations of degree of freedom i by springs and base motion are known."""
+    vi = vs[i, j]
+    ai = felt[i, j]
+    slot("add_to_acceleration")
+    moving = ai - shaken[i, j]
+    if stage == 0:
+        if HAS_UNMOVED:
+            ai += unmoved[i, j]
+        slot("see_forces")
+    ai = moving
+    slot("end_storey")
 
 
 def integrate_lumped(
@@ -121,12 +146,17 @@ def integrate_lumped(
             slot("begin_step")
             for stage in range(STAGES):
                 slot("begin_stage")
-                if stage > 0:
-                    slot("gather_springs")
                 for j in range(LANES):
                     slot("begin_walk")
-                for i in range(SPRINGS):
-                    slot("visit_spring")
+                if FUSES and (stage > 0 or not GATHERS_AT_END):
+                    slot("walk_storeys")
+                else:
+                    if stage > 0 or not GATHERS_AT_END:
+                        slot("gather_springs")
+                    for i in range(SPRINGS):
+                        slot("visit_spring")
+                    if FUSES:
+                        slot("sum_up_springs")
                 slot("visit_pairs")
                 if HAS_ADD_LOAD:
                     for i in range(N):
@@ -137,21 +167,15 @@ def integrate_lumped(
                             if ENERGY:
                                 vi = vs[i, j]
                                 slot("add_supply")
-                slot("gather_forces")
-                slot("see_powers")
-                for i in range(N):
-                    for j in range(LANES):
-                        vi = vs[i, j]
-                        ai = felt[i, j]
-                        slot("add_to_acceleration")
-                        moving = ai - shaken[i, j]
-                        if stage == 0:
-                            if HAS_UNMOVED:
-                                ai += unmoved[i, j]
-                            slot("see_forces")
-                        ai = moving
-                        slot("end_storey")
-                    slot("after_storey")
+                if FUSES:
+                    slot("accelerate_storeys")
+                else:
+                    slot("gather_forces")
+                    slot("see_powers")
+                    for i in range(N):
+                        for j in range(LANES):
+                            slot("accelerate_dof")
+                        slot("after_storey")
                 if stage == 0:
                     slot("see_state")
                 slot("end_stage")
@@ -172,7 +196,8 @@ def integrate_lumped(
                         vs[i, j] = v[i, j]
             slot("end_attempt")
             slot("accept_springs")
-            slot("gather_springs")
+            if GATHERS_AT_END:
+                slot("gather_springs")
             slot("end_step")
     slot("before_finish")
     for j in range(LANES):
