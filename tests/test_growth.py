@@ -87,7 +87,7 @@ def test_limits_in_closed_form(zeta, measured):
         METHODS["central_difference_lagged"]: 2 / (np.sqrt(1 + zeta**2) + zeta),
         METHODS["velocity_verlet"]: verlet,
         # An eigenvalue is -1 where x^2 + 4 V - 4 = 0.
-        METHODS["leapfrog"]: 2 * (np.sqrt(1 + 4 * zeta**2) - 2 * zeta),
+        METHODS["leapfrog"]: 2 / (np.sqrt(1 + 4 * zeta**2) + 2 * zeta),
     }
     # Newmark's methods with gamma above 1/2 (Hughes, The Finite Element Method, 9.1).
     for beta, gamma in ((0.2, 0.6), (0.0, 0.75), (1 / 6, 0.52)):

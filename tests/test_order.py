@@ -18,7 +18,12 @@ FLOORS = ("1", "2", "3")[: len(MASS)]
 LUMPED = wd.LumpedStructure(
     dict(zip(FLOORS, MASS, strict=True)),
     [
-        wd.Spring(f"storey {at + 1}", {name: 1.0} | ({FLOORS[at - 1]: -1.0} if at else {}), stiffness=20e3, damping_coefficient=30.0)
+        wd.Spring(
+            f"storey {at + 1}",
+            {name: 1.0} | ({FLOORS[at - 1]: -1.0} if at else {}),
+            stiffness=20e3,
+            damping_coefficient=30.0,
+        )
         for at, name in enumerate(FLOORS)
     ],
 )
@@ -29,7 +34,10 @@ def fits(method, family):
     """Return whether a method of fixed or adaptive steps integrates a family of structures."""
     if family == "lumped":
         return isinstance(method, MultistepMethod)
-    return method.kind != "exact" and not isinstance(method, MultistepMethod) or (family, method.name) == ("chain", "stoermer")
+    return (method.kind != "exact" and not isinstance(method, MultistepMethod)) or (family, method.name) == (
+        "chain",
+        "stoermer",
+    )
 
 
 DURATION = 4.0

@@ -44,8 +44,8 @@ class Plan:
         dtype: Key of DTYPES.
         lanes: Samples per thread.
         max_unroll: Largest number of iterations of a loop that Warp unrolls.
-        sections: Threads that share a sample's storeys on a GPU: of a tall chain, a power of 2; of a lumped structure of
-            equal storeys, a divisor of their number.
+        sections: Threads that share a sample's storeys on a GPU, a power of 2 (tall chains) or a divisor of the number
+            of storeys (lumped structures of equal storeys).
         viscous_dampers: Viscous dampers of a chain: "none", "linear" (computed as storey damping) or "power" (the force
             is a power of the velocity).
         physics: Further parts of the kernel, such as "p_delta" (chain, not with the exact method).

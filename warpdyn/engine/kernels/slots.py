@@ -105,8 +105,15 @@ GROUPS: dict[str, dict[str, Slot]] = {
             "kernel", "Declare variables: row() has one value per lane, matrix() one per storey and lane."
         ),
         "place": _slot("kernel", "Find the storeys and samples of the thread.", "", "block section lowest g"),
-        "share_warp": _slot("kernel", "Find the storeys of a thread that shares a sample (lumped structures).", "", "block section lowest"),
-        "find_lower_floor": _slot("kernel", "Find the state of the floor below the storeys of the thread (lumped structures)."),
+        "share_warp": _slot(
+            "kernel",
+            "Find the storeys of a thread that shares a sample (lumped structures).",
+            "",
+            "block section lowest",
+        ),
+        "find_lower_floor": _slot(
+            "kernel", "Find the state of the floor below the storeys of the thread (lumped structures)."
+        ),
         "compare_floors": _slot("lane", "Find the state of a floor relative to the floor below (lumped structures)."),
         "leave_floor": _slot("lane", "Move on from a floor to the floor above (lumped structures)."),
         "read_lane": _slot("lane", "Find the sample of the lane.", "", "o s intervals scale"),
@@ -262,7 +269,10 @@ GROUPS: dict[str, dict[str, Slot]] = {
             "drift rate f restoring dashpot",
         ),
         "visit_spring_of_lane": _slot(
-            "spring, lane", "Evaluate a spring in a lane.", "memory c", "drift rate f restoring dashpot spring_force z zs"
+            "spring, lane",
+            "Evaluate a spring in a lane.",
+            "memory c",
+            "drift rate f restoring dashpot spring_force z zs",
         ),
         "walk_storeys": _slot("kernel", "Evaluate all springs, storey by storey (lumped structures).", "", "i"),
         "sum_up_springs": _slot("kernel", "Sum up the forces of springs in each storey (lumped structures)."),
@@ -392,7 +402,9 @@ GROUPS: dict[str, dict[str, Slot]] = {
             "rate",
         ),
         "pair_energy": _slot("lane", "Set stored_in_pair to the elastic energies of a biaxial spring."),
-        "finish_rows": _slot("lane", "Write the outputs of biaxial springs and of named outputs (lumped structures).", "o"),
+        "finish_rows": _slot(
+            "lane", "Write the outputs of biaxial springs and of named outputs (lumped structures).", "o"
+        ),
         "finish_spring_row": _slot("spring, lane", "As finish_spring, also for components of biaxial springs.", "o"),
         "finish_spring": _slot("spring, lane", "Write the outputs of a spring to column o (lumped structures).", "o"),
         "add_to_total": _slot("storey, lane", "Add the state to total, which must be finite.", "", "total"),

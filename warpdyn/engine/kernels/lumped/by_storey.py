@@ -265,7 +265,6 @@ def sum_up_springs():
 
 
 def gather_forces():
-    slot("sum_up_springs")
     slot("find_upper_forces")
     for down in range(FLOORS):
         floor = FLOORS - 1 - down

@@ -95,6 +95,10 @@ def keep_end_of_step():
 
 
 def begin_walk():
-    slot("position_of_stage")
-    for k in range(MOTIONS):
-        ground[k, j] = ground_begin[k, j] + at * ground_change[k, j]
+    if UNDIVIDED and STAGES == 1:  # the only stage is at the start of the interval
+        for k in range(MOTIONS):
+            ground[k, j] = ground_begin[k, j]
+    else:
+        slot("position_of_stage")
+        for k in range(MOTIONS):
+            ground[k, j] = ground_begin[k, j] + at * ground_change[k, j]

@@ -44,4 +44,3 @@ def sections_of_storeys(plan: Plan) -> int:
         if cost < least:
             best, least = sections, cost
     return best
-

@@ -120,7 +120,9 @@ def _divided(pattern: Pattern, dofs: tuple[tuple[int, ...], ...]) -> Storeys | N
     codes["inverse_mass"] = _codes(pattern.inverse_mass, dofs, place, first["inverse_mass"])
     if any(is_below for row in codes["inverse_mass"] for _, is_below in row):
         return None
-    if any(place[term.column][0] != place[row][0] for row, terms in enumerate(pattern.inverse_mass.rows) for term in terms):
+    if any(
+        place[term.column][0] != place[row][0] for row, terms in enumerate(pattern.inverse_mass.rows) for term in terms
+    ):
         return None
     columns = {component: (storey, component) for component, storey in product(range(pattern.components), (0,))}
     codes["drive"] = [
@@ -155,13 +157,17 @@ def _divided(pattern: Pattern, dofs: tuple[tuple[int, ...], ...]) -> Storeys | N
         for name, rows in codes.items()
     }
     return Storeys(
-        dofs=dofs, springs=springs, outputs=outputs, relative=relative, **named, common=tuple(each[0] for each in common), own=tuple(own)
+        dofs=dofs,
+        springs=springs,
+        outputs=outputs,
+        relative=relative,
+        **named,
+        common=tuple(each[0] for each in common),
+        own=tuple(own),
     )
 
 
-def _by_storey(
-    table: Table, place: dict[int, tuple[int, int]], count: int
-) -> tuple[tuple[int, ...], ...] | None:
+def _by_storey(table: Table, place: dict[int, tuple[int, int]], count: int) -> tuple[tuple[int, ...], ...] | None:
     """Return the rows of a matrix by storey: the highest one of their columns; None if storeys differ."""
     found: list[list[int]] = [[] for _ in range(count)]
     for row, terms in enumerate(table.rows):
@@ -226,14 +232,19 @@ def _keep(entry: Codes, common: dict[Codes, int], own: dict[Codes, int]) -> None
     kept.setdefault(codes, len(kept))
 
 
-def _entry(column: int, is_below: bool, entry: Codes, common: dict[Codes, int], own: dict[Codes, int]) -> Entry:  # noqa: FBT001
+def _entry(column: int, is_below: bool, entry: Codes, common: dict[Codes, int], own: dict[Codes, int]) -> Entry:
     sign, codes = _normal(entry)
     place = UNIT if set(codes) == {ONE} else common[codes] if codes in common else len(common) + own[codes]
     return Entry(column, is_below, sign, place)
 
 
 def statements(
-    rows: Rows, target: Callable[[int], str], factor: Callable[[Entry], str], value: Callable[[int], str], *, sign: int = 1
+    rows: Rows,
+    target: Callable[[int], str],
+    factor: Callable[[Entry], str],
+    value: Callable[[int], str],
+    *,
+    sign: int = 1,
 ) -> str:
     """Return statements that set the product of a storey's matrix and a vector.
 
