@@ -212,7 +212,7 @@ def _of_column(table: Table, rows: list[int], column: int, first: int) -> Codes:
 
 
 def _is_opposite(own: Codes | None, below: Codes | None) -> bool:
-    """Return whether the entry of the floor below is the negative of that of the floor, in all storeys but the first."""
+    """Return whether the entry of the floor below is the negative of that of the floor, except in the first storey."""
     if own is None or below is None:
         return own is below
     return all(one == -other for one, other in zip(own[1:], below[1:], strict=True))
