@@ -72,11 +72,11 @@ EXCHANGES = {
 
 def numbers(values: Sequence[int]) -> Any:
     """Return a device function from an index to one of these integers."""
-    return _numbers(tuple(map(int, values)))
+    return _function_of(tuple(map(int, values)))
 
 
 @functools.cache
-def _numbers(values: tuple[int, ...]) -> Any:
+def _function_of(values: tuple[int, ...]) -> Any:
     listed = ", ".join(map(str, values or (0,)))
 
     @wp.func_native(f"static const int numbers[] = {{{listed}}};\nreturn numbers[index];")

@@ -9,6 +9,8 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+from warpdyn.engine.kernels.composing.storey_slots import OF_EQUAL_STOREYS
+
 # Loop variables that the statements of a slot may use. g is the index of a storey in the building, i its index in the
 # thread; they differ only if several threads share a sample.
 INDICES = {
@@ -105,17 +107,6 @@ GROUPS: dict[str, dict[str, Slot]] = {
             "kernel", "Declare variables: row() has one value per lane, matrix() one per storey and lane."
         ),
         "place": _slot("kernel", "Find the storeys and samples of the thread.", "", "block section lowest g"),
-        "share_warp": _slot(
-            "kernel",
-            "Find the storeys of a thread that shares a sample (lumped structures).",
-            "",
-            "block section lowest",
-        ),
-        "find_lower_floor": _slot(
-            "kernel", "Find the state of the floor below the storeys of the thread (lumped structures)."
-        ),
-        "compare_floors": _slot("lane", "Find the state of a floor relative to the floor below (lumped structures)."),
-        "leave_floor": _slot("lane", "Move on from a floor to the floor above (lumped structures)."),
         "read_lane": _slot("lane", "Find the sample of the lane.", "", "o s intervals scale"),
         "read_sample": _slot("lane", "Read values of the sample in lane j and of its structure s.", "s", "terms"),
         "read_storey": _slot(
@@ -268,18 +259,6 @@ GROUPS: dict[str, dict[str, Slot]] = {
             "memory c",
             "drift rate f restoring dashpot",
         ),
-        "visit_spring_of_lane": _slot(
-            "spring, lane",
-            "Evaluate a spring in a lane.",
-            "memory c",
-            "drift rate f restoring dashpot spring_force z zs",
-        ),
-        "walk_storeys": _slot("kernel", "Evaluate all springs, storey by storey (lumped structures).", "", "i"),
-        "sum_up_springs": _slot("kernel", "Sum up the forces of springs in each storey (lumped structures)."),
-        "find_upper_forces": _slot("kernel", "Find the forces of the storey above the thread (lumped structures)."),
-        "accelerate_floor": _slot("lane", "Compute the accelerations of a floor (lumped structures)."),
-        "accelerate_storeys": _slot("kernel", "Compute the accelerations of all floors (lumped structures).", "", "i"),
-        "accelerate_dof": _slot("row, lane", "After the accelerations of dof i are known.", "moving", "vi ai"),
         "visit_pairs": _slot(
             "kernel",
             "Evaluate the forces of all biaxial springs in a stage (lumped structures).",
@@ -417,4 +396,5 @@ GROUPS: dict[str, dict[str, Slot]] = {
         "write": _slot("lane", "Write the outputs of a sample to column o.", "o status"),
     },
 }
+GROUPS["Lumped structures of equal storeys"] = {name: _slot(*row) for name, row in OF_EQUAL_STOREYS.items()}
 SLOTS = {name: slot for group in GROUPS.values() for name, slot in group.items()}

@@ -1,9 +1,10 @@
-"""Lumped structures of equal storeys on a GPU: several threads share a sample, each computes a section of the storeys.
+"""Lumped structures of equal storeys: loops over the storeys compute deformations, forces and accelerations.
 
-As many samples as possible share the 32 threads of a warp: of five sections, for example, six samples. The other
-threads of the warp are idle; their storeys stay at rest, so that they also stand for the ground below the first
-storey and for the free end above the last one. A stage of the method needs two exchanges between threads: the state of
-the floor below the section, and the forces of the storey above it.
+On a CPU a thread computes all storeys. On a GPU several threads share a sample, and each computes some of the storeys
+(a section). As many samples as possible share the 32 threads of a warp: with five sections, for example, six samples.
+The other threads of the warp are idle: their state is always 0, as that of the ground below the first storey and of the
+missing storey above the last one. A stage of the method needs two exchanges between threads: the state of the floor
+below the section, and the forces of the storey above it.
 """
 
 from warpdyn.engine.device.processor import across_warp

@@ -15,8 +15,8 @@ from itertools import product
 
 from warpdyn.engine.kernels.lumped.pattern import TERMS_PER_STATEMENT, UNIT, Pattern, Table
 
-# A code tells where the value of an entry is: 0 for an entry that is 0, 1 for 1, and p + 2 for term p of the structure;
-# negative for the negative value.
+# A code contains the place of an entry's value: 0 for an entry that is 0, 1 for 1, and p + 2 for term p of the
+# structure; negative for the negative value.
 ONE, FIRST_CODE = 1, 2
 Codes = tuple[int, ...]  # of one entry in all storeys
 
@@ -219,7 +219,7 @@ def _is_opposite(own: Codes | None, below: Codes | None) -> bool:
 
 
 def _normal(entry: Codes) -> tuple[int, Codes]:
-    """Return a sign and the codes for which the product is the entry, the first of which is not negative."""
+    """Return a sign and codes whose product is the entry; the first code that is not 0 is positive."""
     sign = next((1 if code > 0 else -1 for code in entry if code), 1)
     return sign, tuple(sign * code for code in entry)
 
