@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from warpdyn.campaigns.integration.dynamics import Arrays, Dynamics, Modes, slowest_decay
+from warpdyn.campaigns.integration.lumped.rounding import LARGEST_ERROR, error_of_float32
 from warpdyn.engine.kernels.lumped.pattern import OF_ENERGIES, PAIR, Pattern, Table, table_of, values_in
 from warpdyn.engine.kernels.output_table import HISTORY, OF_SPRINGS
 from warpdyn.engine.laws.building_law import BuildingLaw
@@ -49,6 +50,8 @@ class LumpedDynamics(Dynamics):
         self.has_drift_capacity = "deformation_capacity" in structure.parameters
         self.damping = "mass_proportional" if structure.damping in ("rayleigh", "mass_proportional") else "none"
         self.pattern = self._pattern_of(representative)
+        error = error_of_float32(structure)
+        self.error_of_float32 = error if error > LARGEST_ERROR else 0.0
 
     def _pattern_of(self, representative: Mapping[str, np.ndarray]) -> Pattern:
         """Return the pattern of all structures that may be drawn."""
