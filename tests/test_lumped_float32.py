@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import warnings
+from itertools import pairwise
 
 import pytest
 from lumped_cases import pulse
@@ -30,7 +31,7 @@ def stiff_base(factor: float) -> wd.LumpedStructure:
     """Return a chain on a base spring that is `factor` times as stiff as a storey."""
     names = ["base", "u1", "u2", "u3"]
     springs = [wd.Spring("base", {"base": 1.0}, stiffness=factor * 1e8)]
-    springs += [wd.Spring(up, {up: 1.0, low: -1.0}, stiffness=1e8) for low, up in zip(names, names[1:], strict=False)]
+    springs += [wd.Spring(up, {up: 1.0, low: -1.0}, stiffness=1e8) for low, up in pairwise(names)]
     return wd.LumpedStructure(dict.fromkeys(names, 2e5), springs)
 
 
