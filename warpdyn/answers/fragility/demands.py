@@ -8,6 +8,7 @@ import numpy as np
 import xarray as xr
 
 from warpdyn.campaigns.reductions.limits import DRIFT, DamageLimits, magnitudes
+from warpdyn.campaigns.running.selections import check_one_unit
 from warpdyn.foundations.core.near_misses import did_you_mean
 from warpdyn.foundations.core.output_variables import COLLAPSED, OK
 
@@ -110,6 +111,7 @@ def checked_demand(dataset: xr.Dataset, name: str, status: np.ndarray) -> np.nda
             f"{name!r} is not a demand: its values are of type {variable.dtype}. Choose a "
             "variable with numbers, such as 'peak_storey_drift_ratio'"
         )
+    check_one_unit("fragility", dataset, name)
     if variable.size == 0:
         raise ValueError(f"the dataset is empty, its sizes are {dict(dataset.sizes)}: check how you selected samples")
     values = variable.transpose("sample", ...).values

@@ -152,6 +152,9 @@ class FlexuralShearBuilding(BuiltStructure):
             stiffness_matrix=wall,
             geometric_stiffness=gravity,
             outputs=outputs,
+            output_units={
+                name: "m" if name.startswith("drift") else "N m" if name.endswith("moment") else "N" for name in outputs
+            },
             damping=damping,
             damping_ratio=damping_ratio,
             damping_modes=damping_modes,

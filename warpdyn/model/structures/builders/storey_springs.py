@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -81,15 +82,12 @@ def storey_springs(
         name: storey_values(f"{what}: {name}", value, len(names), "", least=-np.inf)
         for name, value in {**parameters, **own}.items()
     }
+    of_storeys: list[dict[str, Any]] = [
+        {key: float(value[storey]) for key, value in values.items()} for storey in range(len(names))
+    ]
     return [
-        Spring(
-            name,
-            directions[storey],
-            law=laws[0],
-            stiffness=stiffness[storey],
-            **{key: float(value[storey]) for key, value in values.items()},
-        )
-        for storey, name in enumerate(names)
+        Spring(name, direction, law=laws[0], stiffness=own, **given)
+        for name, direction, own, given in zip(names, directions, stiffness, of_storeys, strict=True)
     ]
 
 
