@@ -325,15 +325,20 @@ class LumpedStructure(LumpedMatrices, Structure):
     def modal(self) -> xr.Dataset:
         """Return periods, shapes, participation factors and effective masses of the undamped structure.
 
-        Springs have their initial stiffness; the geometric stiffness is subtracted. Participation factors are those of
-        the first component of the base motion.
+        Springs have their initial stiffness; the geometric stiffness is subtracted. Participation factors and effective
+        masses have the dimension `component` if the base motion has several components; they use the load mass.
 
         Raises:
             ValueError: If a part of the structure can move freely.
         """
         one = {name: values[None] for name, values in self.parameters.items()}
-        influence = self.influence[:, 0] if self.influence[:, 0].any() else np.ones(self.dofs)
-        found = modal_properties(self.mass_matrices(one)[0], self.stiffness_matrices(one)[0], influence)
+        influence = self.influence if self.influence.any() else np.ones((self.dofs, 1))
+        found = modal_properties(
+            self.mass_matrices(one)[0],
+            self.stiffness_matrices(one)[0],
+            influence[:, 0] if influence.shape[1] == 1 else influence,
+            load_mass=self.load_masses(one)[0],
+        )
         return found.assign_coords(dof=("dof", np.array(self.dof_names), {"long_name": "degree of freedom"}))
 
     @property
