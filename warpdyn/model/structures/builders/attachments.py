@@ -16,7 +16,7 @@ from warpdyn.model.structures.builders.changed_structures import (
     whole_mass,
     with_group,
 )
-from warpdyn.model.structures.lumped.inerters import optimum_tmdi
+from warpdyn.model.structures.lumped.inerters import inertance_matrix, optimum_tmdi, tmdi_absorber
 from warpdyn.model.structures.lumped.names import check_known, checked_coefficients, row_of
 from warpdyn.model.structures.lumped.spring import Spring
 from warpdyn.model.structures.lumped.structure import LumpedStructure
@@ -158,16 +158,10 @@ def with_absorber(
         raise ValueError(
             f"with_absorber(): degree of freedom {at!r} does not move in mode {number + 1}: give another mode= or at="
         )
-    modal_mass = 1 / moved**2
-    omega = real_number("frequency_ratio", frequency_ratio, above=0) * float(np.sqrt(squared[number]))
-    ratio = real_number("damping_ratio", damping_ratio, least=0)
-    moving = (mu + beta) * modal_mass
-    dashpot = 2 * ratio * omega * moving
-    return _with_mass(
-        *(whole, name, "absorber", row, mu * modal_mass, moving * omega**2, dashpot),
-        inertance=beta * modal_mass,
-        inerter_to=other,
-    )
+    period = 2 * np.pi / np.sqrt(squared[number])
+    own = tmdi_absorber(1 / moved**2, period, mu, beta, frequency_ratio, damping_ratio)
+    spring = own.mass, own.stiffness, own.dashpot
+    return _with_mass(whole, name, "absorber", row, *spring, inertance=own.inertance, inerter_to=other)
 
 
 def _with_mass(
@@ -209,10 +203,8 @@ def _with_mass(
     coupling = old.T @ whole_mass(structure) @ old + without - np.diag(masses)
     load = old.T @ structure.load_masses(values_of_one(structure))[0] @ old + without
     if inertance:
-        ends = np.eye(len(dofs))[-1]
-        if inerter_to is not None:
-            ends[dofs.index(inerter_to)] = -1.0
-        coupling += inertance * np.outer(ends, ends)
+        other = None if inerter_to is None else dofs.index(inerter_to)
+        coupling += inertance_matrix(len(dofs), inertance, len(dofs) - 1, other)
     influence = np.vstack([structure.influence, row @ structure.influence])
     return LumpedStructure(
         dict(zip(dofs, masses, strict=True)),

@@ -17,9 +17,8 @@ from warpdyn.model.structures.builders.changed_structures import (
     with_group,
 )
 from warpdyn.model.structures.builders.flexural_shear_building import FlexuralShearBuilding
-from warpdyn.model.structures.lumped.foundations.footing import RectangularFooting, Soil
+from warpdyn.model.structures.lumped.foundations.footing import RectangularFooting, Soil, check_footing
 from warpdyn.model.structures.lumped.foundations.pais_kausel import (
-    check_footing,
     pais_kausel_impedance,
     pais_kausel_stiffness,
 )
