@@ -97,6 +97,10 @@ def checked_demand(dataset: xr.Dataset, name: str, status: np.ndarray) -> np.nda
         advice = "add its recorder to Scene(recorders=...)" + (f"; the run has {', '.join(known)}" if known else "")
         # The name of a recorder, such as "drift", is part of the name of its variable.
         named = [each for each in (DRIFT, *known) if each in known and str(name).lower() in each.split("_")]
+        if name == DRIFT and "spring" in dataset.dims:
+            listed = ", ".join(known)
+            advice = "a lumped structure has no storey drifts: give demand=, such as demand='peak_spring_deformation'"
+            advice += f"; the run has {listed}" if known else ""
         hint = f" (did you mean {named[0]!r}?)" if named else did_you_mean(name, known)
         raise ValueError(f"the dataset has no {name!r}{hint}: {advice}")
     variable = dataset[name]

@@ -4,7 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+import numpy as np
+
 from warpdyn.engine.laws import CONTACTS, DEVICES, LAWS
+from warpdyn.engine.laws.building_law import BuildingLaw
 from warpdyn.engine.laws.contacts.contact import Contact
 from warpdyn.engine.laws.law import Device, StoreyElement
 from warpdyn.engine.laws.lookup import class_and_values, devices_and_values, laws_and_values
@@ -82,6 +85,7 @@ class Spring:
             self.deformation_capacity = real_number(f"{where}: deformation_capacity [m]", deformation_capacity, above=0)
         self.rotational = None if rotational is None else true_or_false(f"{where}: rotational", rotational)
         self.parameters = checked_parameters(where, self.law, {**parameters, **own})
+        check_law(where, self.law, self.stiffness, self.parameters)
 
     def description(self) -> dict[str, object]:
         """Return the spring as a dictionary, for the JSON of its scene."""
@@ -140,3 +144,11 @@ def checked_parameters(where: str, law: type[StoreyElement], given: Mapping[str,
             raise ValueError(problem)
         found[name] = float(number)
     return found
+
+
+def check_law(where: str, law: type[StoreyElement], stiffness: float, parameters: Mapping[str, float]) -> None:
+    """Raise a ValueError that names the spring if the parameters of its law contradict each other."""
+    values = {name: np.array([[value]]) for name, value in {**parameters, "stiffness": stiffness}.items()}
+    problem = BuildingLaw([law]).problem(values)
+    if problem:
+        raise ValueError(f"{where}: {problem.replace(' (structure 0, storey 1)', '').replace(' (storey 1)', '')}")
