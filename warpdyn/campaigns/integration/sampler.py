@@ -115,7 +115,8 @@ class Sampler:
             row = 0
             for name, spread in self.scatter.items():
                 count = spread.variables(self.structure.length_of(name))
-                values = combined(nominal[name], spread, normals[row : row + count], structures[part])
+                own, varied = normals[row : row + count], spread.varied(name, self.structure)
+                values = combined(nominal[name], spread, own, structures[part], varied)
                 if not isinstance(spread, GivenValues):
                     values = self.structure.tied(name, values)
                 drawn[name][part] = values.T

@@ -13,7 +13,7 @@ from warpdyn.engine.laws import Parameter
 from warpdyn.engine.laws.building_law import BuildingLaw
 from warpdyn.foundations.core.checks import checked_text, real_number, shortened
 from warpdyn.foundations.core.frozen_values import FrozenMapping
-from warpdyn.foundations.core.near_misses import with_suggestions
+from warpdyn.foundations.core.near_misses import did_you_mean, with_suggestions
 from warpdyn.model.structures.lumped.biaxial_spring import BiaxialSpring
 from warpdyn.model.structures.lumped.damping import checked_damping
 from warpdyn.model.structures.lumped.matrices import OF_DOFS, LumpedMatrices, of_springs_only, undamped
@@ -57,7 +57,8 @@ class LumpedStructure(LumpedMatrices, Structure):
             several components of base motion a list of such dictionaries. Missing degrees of freedom have 0. None: 1
             for each degree of freedom (only if all coefficients of springs are 1 or -1).
         mass_matrix: Matrix that is added to the masses [kg], symmetric, shape [dof, dof]: an inerter, or the coupling
-            between degrees of freedom that are not at the centre of mass.
+            between degrees of freedom that are not at the centre of mass. A common random factor on `mass` multiplies
+            it, except for the part that is not in `load_mass`.
         load_mass: Mass matrix [kg] of the load, shape [dof, dof], or its diagonal, shape [dof]; None: the mass matrix.
             An inerter belongs to the mass matrix, but not to the load.
         stiffness_matrix: Elastic stiffness in addition to the springs [N/m], symmetric, shape [dof, dof].
@@ -212,6 +213,8 @@ class LumpedStructure(LumpedMatrices, Structure):
         return values
 
     def _mass_problem(self, values: Mapping[str, np.ndarray]) -> str | None:
+        if problem := self.coupled_mass_problem(values):
+            return problem
         mass = self.mass_matrices({"mass": np.atleast_2d(values["mass"])})
         diagonal = np.einsum("sii->si", mass)
         if (diagonal <= 0).any():
@@ -285,6 +288,27 @@ class LumpedStructure(LumpedMatrices, Structure):
     def names_along(self, dim: str) -> tuple[str, ...]:
         """Return the names of the degrees of freedom ("dof") or of the springs."""
         return self.dof_names if dim == "dof" else tuple(spring.name for spring in self.springs)
+
+    def varied(self, name: str, only: tuple[str, ...] | None) -> np.ndarray | None:
+        """Return which values of a parameter a random scatter draws, shape [place]; None: all; see Structure."""
+        if not self.is_by_storey(name):
+            return None
+        dim = self.dim_of(name)
+        found = self.kinds.of_building(dim)
+        if only is not None:
+            found = self.kinds.named(dim, self.names_along(dim), only)[0]
+        return None if found.all() else found
+
+    def only_problem(self, name: str, only: tuple[str, ...]) -> str | None:
+        """Return why scatter of a parameter cannot be restricted to these names; None if it can."""
+        if not self.is_by_storey(name):
+            return f"{name} has one value for the structure: remove only="
+        dim = self.dim_of(name)
+        known = [*self.names_along(dim), *dict.fromkeys(self.kinds.groups[dim])]
+        for each in self.kinds.named(dim, self.names_along(dim), only)[1]:
+            what = "degree of freedom" if dim == "dof" else "spring"
+            return f"only= names {each!r}, which is no {what} and no group with one{did_you_mean(each, known)}"
+        return None
 
     def input_name(self, name: str) -> str:
         """Return the parameter's name."""

@@ -67,6 +67,21 @@ class Kinds:
         own = ~np.isin(self.groups[dim], ADDED_GROUPS) if dim in self.groups else np.ones(len(self.output_units), bool)
         return own if own.any() else ~own
 
+    def named(self, dim: str, names: Sequence[str], only: Collection[str]) -> tuple[np.ndarray, list[str]]:
+        """Return which places along a dimension have or belong to one of the names in `only`, and unknown names.
+
+        Args:
+            dim: "dof" or "spring".
+            names: Names of the places.
+            only: Names of places, of biaxial springs or of groups.
+        """
+        found, unknown = np.zeros(len(names), dtype=bool), []
+        for each in only:
+            own = np.isin(self.groups[dim], [each]) | np.isin(names, [each, f"{each} x", f"{each} y"])
+            unknown += [] if own.any() else [each]
+            found |= own
+        return found, unknown
+
     def unit_problem(self, demand: str, dim: str) -> str | None:
         """Return why the largest value of a demand along a dimension is meaningless; None if all units are equal."""
         own = self.of_building(dim)
