@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -25,6 +25,10 @@ class ParameterScatter(ABC):
     def variables(self, storeys: int) -> int:
         """Return the number of random variables that this scatter draws for a structure with `storeys` storeys."""
         return 0
+
+    def varied(self, name: str, structure: Structure) -> np.ndarray | None:
+        """Return which values of a parameter are drawn, shape [place]; the others are nominal. None: all are drawn."""
+        return None
 
     def rows(self, count: int) -> np.ndarray | slice:
         """Return the indices of `count` random structures; for GivenValues, a slice of all given structures."""
@@ -55,6 +59,7 @@ class RandomScatter(ParameterScatter):
     distribution: Distribution
     per: str = "building"
     storey_correlation: float = 0.0
+    only: str | Sequence[str] | None = None
 
     def __post_init__(self) -> None:
         if not isinstance(self.distribution, Distribution):
@@ -67,6 +72,24 @@ class RandomScatter(ParameterScatter):
                 "storey_correlation needs per='storey' (or 'spring', 'dof'): with per='building' one draw applies to "
                 "all storeys. Give per='storey', or remove storey_correlation"
             )
+        if self.only is not None:
+            names = (self.only,) if isinstance(self.only, str) else self.only
+            if not isinstance(names, list | tuple) or not names or not all(isinstance(each, str) for each in names):
+                raise TypeError(
+                    "only must be names of springs, degrees of freedom or groups, such as only=('soil',), got "
+                    f"{self.only!r}"
+                )
+            object.__setattr__(self, "only", tuple(names))
+
+    def description(self) -> dict[str, Any]:
+        """Return the scatter as a dictionary, for the JSON of its scene."""
+        told = {"type": type(self).__name__, "distribution": self.distribution, "per": self.per}
+        told |= {"storey_correlation": self.storey_correlation}
+        return told if self.only is None else {**told, "only": self.only}
+
+    def varied(self, name: str, structure: Structure) -> np.ndarray | None:
+        """Return which values of a parameter are drawn, shape [place]; the others are nominal. None: all are drawn."""
+        return structure.varied(name, self.only)  # type: ignore[arg-type] # a tuple after the check
 
     def variables(self, storeys: int) -> int:
         """Return the number of random variables: one per storey, or one for the building, according to `per`."""
@@ -74,6 +97,8 @@ class RandomScatter(ParameterScatter):
 
     def problem(self, name: str, structure: Structure) -> str | None:
         """Return a message if the scatter does not fit the parameter `name` of the structure; None if it fits."""
+        if self.only is not None and (problem := structure.only_problem(name, self.only)):  # type: ignore[arg-type]
+            return f"scatter[{name!r}]: {problem}"
         if self.per == "building":
             return None
         if not structure.is_by_storey(name):
@@ -102,6 +127,8 @@ class RandomFactor(RandomScatter):
         per: "building" (one draw for all storeys, springs or degrees of freedom), "storey" (one draw per storey) or,
             of a LumpedStructure, "spring" or "dof".
         storey_correlation: Correlation between the draws of two storeys [1], 0 to 1; needs `per="storey"`.
+        only: Names of the springs, degrees of freedom or groups of a LumpedStructure whose values are drawn; the others
+            are nominal. None: all, except those of the groups "equipment", "absorber" and "soil".
 
     Raises:
         TypeError, ValueError: If `distribution` or `per` is invalid, or `storey_correlation` is out of range or given
@@ -129,6 +156,8 @@ class RandomValue(RandomScatter):
         per: "building" (one draw for all storeys, springs or degrees of freedom), "storey" (one draw per storey) or,
             of a LumpedStructure, "spring" or "dof".
         storey_correlation: Correlation between the draws of two storeys [1], 0 to 1; needs `per="storey"`.
+        only: Names of the springs, degrees of freedom or groups of a LumpedStructure whose values are drawn; the others
+            are nominal. None: all, except those of the groups "equipment", "absorber" and "soil".
 
     Raises:
         TypeError, ValueError: If `distribution` or `per` is invalid, or `storey_correlation` is out of range or given
@@ -260,15 +289,26 @@ def _at(structure: Structure, scatter: Scatter, z: np.ndarray) -> dict[str, np.n
     values, nominal = {}, structure.nominal_values
     for name, spread in scatter.items():
         normals = np.broadcast_to(z, (spread.variables(structure.length_of(name)), z.size))
-        values[name] = combined(nominal[name], spread, normals, spread.rows(z.size)).T
+        varied = spread.varied(name, structure)
+        values[name] = combined(nominal[name], spread, normals, spread.rows(z.size), varied).T
     return values
 
 
 def combined(
-    nominal: np.ndarray, spread: ParameterScatter, normals: np.ndarray, structures: np.ndarray | slice
+    nominal: np.ndarray,
+    spread: ParameterScatter,
+    normals: np.ndarray,
+    structures: np.ndarray | slice,
+    varied: np.ndarray | None = None,
 ) -> np.ndarray:
-    """Return the result of `ParameterScatter.draw`, with NaN in storeys whose law does not have the parameter."""
-    return only_at(storeys_with(nominal), spread.draw(nominal, normals, structures))
+    """Return the result of `ParameterScatter.draw`, with NaN in storeys whose law does not have the parameter.
+
+    Places for which `varied` is False have their nominal values; None: all are drawn.
+    """
+    values = spread.draw(nominal, normals, structures)
+    if varied is not None:
+        values = np.where(varied[:, None], values, nominal[:, None])
+    return only_at(storeys_with(nominal), values)
 
 
 def only_at(taken: np.ndarray | None, values: np.ndarray) -> np.ndarray:

@@ -9,8 +9,9 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from warpdyn.foundations.core.checks import real_number
+from warpdyn.foundations.core.checks import finite_numbers, real_number
 from warpdyn.foundations.core.near_misses import with_suggestions
 
 MODES = ("z", "y", "x", "rx", "ry", "t")
@@ -148,3 +149,25 @@ class Soil:
     def lysmer_velocity(self) -> float:
         """Lysmer's analogue velocity 3.4 Vs / (pi (1 - nu)) [m/s]."""
         return 3.4 * self.shear_wave_velocity / (np.pi * (1 - self.poisson_ratio))
+
+
+def check_footing(function: str, footing: object, soil: object = None) -> None:
+    """Raise a TypeError if the arguments of a function are not a RectangularFooting and a Soil (None: not given)."""
+    if not isinstance(footing, RectangularFooting):
+        raise TypeError(
+            f"{function}() takes a RectangularFooting, got {type(footing).__name__}; give footing="
+            "RectangularFooting(half_length, half_width)"
+        )
+    if soil is not None and not isinstance(soil, Soil):
+        raise TypeError(
+            f"{function}() takes a Soil, got {type(soil).__name__}; give soil=Soil(poisson_ratio, density, "
+            "shear_wave_velocity=...)"
+        )
+
+
+def frequencies(values: ArrayLike) -> np.ndarray:
+    """Return frequencies as float64; raise a ValueError unless they are finite and at least 0."""
+    array = finite_numbers("frequency", values)
+    if np.any(array < 0):
+        raise ValueError(f"frequency must be at least 0, got {array.min():g}")
+    return array
