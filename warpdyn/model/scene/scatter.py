@@ -4,15 +4,16 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Any
 
 import numpy as np
 
-from warpdyn.foundations.core.checks import finite_numbers, one_of, real_number, real_numbers
+from warpdyn.foundations.core.checks import finite_numbers, one_of, real_number, real_numbers, whole_number
 from warpdyn.foundations.core.frozen_values import FrozenArrays
 from warpdyn.foundations.core.near_misses import did_you_mean, with_suggestions
 from warpdyn.model.scene.distributions import Distribution
+from warpdyn.model.structures.shear_building import ShearBuilding
 from warpdyn.model.structures.structure import Structure
 
 # A draw applies to all storeys (springs, degrees of freedom) of a structure, or to one of them.
@@ -55,6 +56,7 @@ class RandomScatter(ParameterScatter):
     distribution: Distribution
     per: str = "building"
     storey_correlation: float = 0.0
+    storeys: tuple[int, int] | None = None
 
     def __post_init__(self) -> None:
         if not isinstance(self.distribution, Distribution):
@@ -67,6 +69,15 @@ class RandomScatter(ParameterScatter):
                 "storey_correlation needs per='storey' (or 'spring', 'dof'): with per='building' one draw applies to "
                 "all storeys. Give per='storey', or remove storey_correlation"
             )
+        if self.storeys is not None:
+            object.__setattr__(self, "storeys", _first_and_last(self.storeys))
+
+    def description(self) -> dict[str, object]:
+        """Return the fields by name, for JSON; `storeys` only if it is given."""
+        told = {each.name: getattr(self, each.name) for each in fields(self)}
+        if self.storeys is None:
+            del told["storeys"]
+        return {"type": type(self).__name__, **told}
 
     def variables(self, storeys: int) -> int:
         """Return the number of random variables: one per storey, or one for the building, according to `per`."""
@@ -74,6 +85,11 @@ class RandomScatter(ParameterScatter):
 
     def problem(self, name: str, structure: Structure) -> str | None:
         """Return a message if the scatter does not fit the parameter `name` of the structure; None if it fits."""
+        if self.storeys is not None:
+            if not structure.is_by_storey(name) or structure.dim_of(name) != "storey":
+                return f"scatter[{name!r}]: {name} has no value per storey; remove storeys="
+            if self.storeys[1] > (most := structure.length_of(name)):
+                return f"scatter[{name!r}]: storeys={self.storeys}, but the structure has {most}: give at most {most}"
         if self.per == "building":
             return None
         if not structure.is_by_storey(name):
@@ -85,11 +101,42 @@ class RandomScatter(ParameterScatter):
     def draw(self, nominal: np.ndarray, normals: np.ndarray, structures: np.ndarray | slice) -> np.ndarray:
         """Return the random values of the parameter, shape [storey, structure] or [structure]."""
         drawn = self.distribution.from_standard_normal(normals)
-        return self.applied(nominal[..., None], drawn if nominal.ndim else drawn[0])
+        values = self.applied(nominal[..., None], drawn if nominal.ndim else drawn[0])
+        if self.storeys is None:
+            return values
+        storey = np.arange(1, len(nominal) + 1)[:, None]
+        return np.where((storey >= self.storeys[0]) & (storey <= self.storeys[1]), values, nominal[:, None])
 
     @abstractmethod
     def applied(self, nominal: np.ndarray, drawn: np.ndarray) -> np.ndarray:
         """Return the parameter's values from its nominal value and its random numbers, whose shapes broadcast."""
+
+
+def _first_and_last(storeys: object) -> tuple[int, int]:
+    """Return the argument `storeys` as (first, last), or raise an error."""
+    if not isinstance(storeys, tuple | list) or len(storeys) != 2:
+        raise TypeError(f"storeys must be the first and the last storey, such as (2, 5), got {storeys!r}")
+    first, last = (whole_number(name, each, least=1) for name, each in zip(("first", "last"), storeys, strict=True))
+    if first > last:
+        raise ValueError(f"storeys must be (first, last) with first <= last, got ({first}, {last})")
+    return first, last
+
+
+def also_of_added_storeys(name: str, structure: Structure) -> str | None:
+    """Return the start of a message if one value would replace those of the building and of isolators or a damper.
+
+    None: the structure has no added storeys, or only one of both kinds of storeys has the parameter.
+    """
+    if not isinstance(structure, ShearBuilding) or structure.own_storeys.all() or not structure.is_by_storey(name):
+        return None
+    own, has = structure.own_storeys, ~np.isnan(structure.nominal_values[name])
+    if not (has[own].any() and has[~own].any()):
+        return None
+    added = ", ".join(map(str, np.flatnonzero(~own) + 1))
+    return (
+        f"scatter[{name!r}]: one value would replace the values of the building's storeys and those of storey {added} "
+        "(isolators or tuned mass damper)"
+    )
 
 
 @with_suggestions
@@ -102,10 +149,12 @@ class RandomFactor(RandomScatter):
         per: "building" (one draw for all storeys, springs or degrees of freedom), "storey" (one draw per storey) or,
             of a LumpedStructure, "spring" or "dof".
         storey_correlation: Correlation between the draws of two storeys [1], 0 to 1; needs `per="storey"`.
+        storeys: First and last storey whose values are random, from 1, such as `(2, 5)`; the other storeys keep their
+            nominal values. None: all storeys, including those of isolators and of a tuned mass damper.
 
     Raises:
-        TypeError, ValueError: If `distribution` or `per` is invalid, or `storey_correlation` is out of range or given
-            with `per="building"`.
+        TypeError, ValueError: If `distribution` or `per` is invalid, `storeys` are not storeys of the structure, or
+            `storey_correlation` is out of range or given with `per="building"`.
 
     Example:
         >>> own = wd.RandomFactor(wd.Lognormal(1.0, 0.2), per="storey", storey_correlation=0.5)
@@ -129,10 +178,12 @@ class RandomValue(RandomScatter):
         per: "building" (one draw for all storeys, springs or degrees of freedom), "storey" (one draw per storey) or,
             of a LumpedStructure, "spring" or "dof".
         storey_correlation: Correlation between the draws of two storeys [1], 0 to 1; needs `per="storey"`.
+        storeys: First and last storey whose values are random, from 1, such as `(2, 5)`; the other storeys keep their
+            nominal values. None: all storeys, including those of isolators and of a tuned mass damper.
 
     Raises:
-        TypeError, ValueError: If `distribution` or `per` is invalid, or `storey_correlation` is out of range or given
-            with `per="building"`.
+        TypeError, ValueError: If `distribution` or `per` is invalid, `storeys` are not storeys of the structure, or
+            `storey_correlation` is out of range or given with `per="building"`.
 
     Example:
         >>> wd.Scene(building, stripes, {"damping_ratio": wd.RandomValue(wd.Uniform(0.02, 0.08))}).sampling
@@ -143,6 +194,8 @@ class RandomValue(RandomScatter):
         """Return a message if the scatter does not fit the parameter `name` of the structure; None if it fits."""
         if structure.is_scaled:
             return f"scatter[{name!r}]: a matrix can only be scaled; give RandomFactor(...) instead of RandomValue(...)"
+        if self.per == "building" and self.storeys is None and (also := also_of_added_storeys(name, structure)):
+            return f"{also}: give storeys=(first, last) to RandomValue"
         return super().problem(name, structure)
 
     def applied(self, nominal: np.ndarray, drawn: np.ndarray) -> np.ndarray:
@@ -195,6 +248,8 @@ class GivenValues(FrozenArrays, ParameterScatter):
         if self.values.ndim == 2 and (not by_storey or self.values.shape[1] != structure.length_of(name)):
             wanted = f"[structure, {structure.length_of(name)}] or [structure]" if by_storey else "[structure]"
             return f"scatter[{name!r}] lists values of shape {self.values.shape}; it must be {wanted}"
+        if self.values.ndim == 1 and (also := also_of_added_storeys(name, structure)):
+            return f"{also}: give GivenValues of shape [structure, {structure.length_of(name)}], one value per storey"
         missing = np.isnan(self.values).any(axis=0) & ~np.isnan(structure.nominal_values[name])
         for storey in np.flatnonzero(missing):
             return f"scatter[{name!r}] lists nan at storey {storey + 1}, whose law needs {name}"
@@ -236,7 +291,7 @@ def check_scatter(structure: Structure, scatter: Scatter) -> None:
                 f"value for all structures as {name}= of the structure, one value per structure as "
                 f"GivenValues([...]), and a dispersion as RandomFactor(Lognormal(1.0, dispersion))"
             )
-        is_of_one = isinstance(spread, RandomFactor) and spread.per == "building"
+        is_of_one = isinstance(spread, RandomFactor) and spread.per == "building" and spread.storeys is None
         problem = structure.scatter_problem(name, is_common_factor=is_of_one) or spread.problem(name, structure)
         if problem:
             raise ValueError(f"scatter[{name!r}]: {problem.removeprefix(f'scatter[{name!r}]: ')}")
