@@ -39,6 +39,7 @@ extensions = [
     "sphinx.ext.viewcode",
     "sphinx_copybutton",
     "sphinx_design",
+    "generate.accessible",
     "generate.equations",
     "generate.front.thumbnails",
 ]
@@ -116,6 +117,7 @@ html_title = "warpdyn"
 html_static_path = ["_static"]
 html_favicon = "_static/favicon.svg"
 html_css_files = ["site.css"]
+html_js_files = ["site.js"]
 html_show_sourcelink = False
 html_copy_source = False
 SINGLE = ("getting_started", "gallery", "comparison", "faq", "release_notes", "citation", "licence")
