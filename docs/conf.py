@@ -45,7 +45,8 @@ extensions = [
 ]
 html_math_renderer = "mathml"  # of generate.equations: pages show equations without a network
 templates_path = ["_templates"]
-exclude_patterns = ["README.md", "**/generated/_*.md"]  # the latter are parts of other pages
+# The second are parts of other pages, the third is offered for download and installs a wheel.
+exclude_patterns = ["README.md", "**/generated/_*.md", "tutorials/hosted_gpu.ipynb"]
 suppress_warnings = ["mystnb.unknown_mime_type"]  # a progress bar has no picture in a printed page
 
 # Pages
