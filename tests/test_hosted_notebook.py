@@ -1,4 +1,4 @@
-"""The notebook for a hosted GPU runs: it finds an installed warpdyn, or asks for the wheel, and its curves are those of the run."""
+"""The notebook for a hosted GPU runs on the CPU, too; without warpdyn, it asks for the wheel."""
 
 from __future__ import annotations
 
@@ -42,5 +42,5 @@ def test_the_notebook_runs_on_the_cpu_too(tmp_path, monkeypatch):
         assert result.sizes["sample"] == 14_080
         assert (result["fragility_median_lower"].values < medians).all()
         assert (medians < result["fragility_median_upper"].values).all()
-    # The first study runs the same building and records with 47,872 histories, another design and more random parameters.
+    # The first study (Getting started) has the same building and records, more histories and more random parameters.
     assert medians == pytest.approx([0.21, 0.41, 1.12, 2.6], rel=0.1)

@@ -131,8 +131,8 @@ def test_animation_of_the_front_page_is_small_and_has_a_still_picture() -> None:
         ('<th class="head"><p></p></th>', '<td class="head"></td>'),
         ("<thead><tr><th>a</th></tr></thead>", "<thead><tr><th>a</th></tr></thead>"),
         (
-            '<th class="head"><p><math><mi>β</mi></math></p></th>',
-            '<th class="head" aria-label="β"><p><math><mi>β</mi></math></p></th>',
+            "<th><p><math><mi>β</mi></math></p></th>",
+            '<th><p><math aria-hidden="true"><mi>β</mi></math><span class="visually-hidden">β</span></p></th>',
         ),
         (
             "(\n<dl>\n<dd><em>mass</em>,</dd>\n<dd><em>law</em>,</dd>\n</dl>\n)",

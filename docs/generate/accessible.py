@@ -8,15 +8,16 @@ from typing import Any
 from sphinx.application import Sphinx
 
 EMPTY_HEADER = re.compile(r"<th\b([^>]*)>\s*(?:<p>\s*</p>\s*)?</th>")
-EQUATION_AS_HEADER = re.compile(r"<th\b([^>]*)>(<p>\s*<math\b.*?</math>\s*</p>)</th>", re.DOTALL)
+EQUATION_AS_HEADER = re.compile(r"<th\b([^>]*)><p>\s*<math\b((?:(?!</math>).)*</math>)\s*</p></th>", re.DOTALL)
 PARAMETERS = re.compile(r"<dl>\s*((?:<dd>(?:(?!</?d[dlt]>).)*</dd>\s*)+)</dl>", re.DOTALL)
 TAG = re.compile(r"<[^>]*>")
 
 
 def _named(found: re.Match[str]) -> str:
-    """Return a header with its equation as plain text in `aria-label`, if the equation is short."""
-    text = "".join(TAG.sub("", found[2]).split())
-    return f'<th{found[1]} aria-label="{text}">{found[2]}</th>' if 0 < len(text) < 40 else found[0]
+    """Return a header with its equation for the eye, and the text of the equation for screen readers."""
+    text = "".join(TAG.sub("", f"<math{found[2]}").split())
+    spoken = f'<span class="visually-hidden">{text}</span>'
+    return f'<th{found[1]}><p><math aria-hidden="true"{found[2]}{spoken}</p></th>'
 
 
 def _as_list(found: re.Match[str]) -> str:
@@ -28,7 +29,7 @@ def corrected(body: str) -> str:
     """Return the body of a page with these corrections.
 
     - An empty header of a table becomes an empty cell, because screen readers announce a header without a name.
-    - A header that consists of an equation gets its text as name.
+    - A header that consists of an equation gets the text of the equation, because screen readers need not read MathML.
     - The parameters of a long signature, for which Sphinx writes a definition list without terms, become a list.
     """
     body = EMPTY_HEADER.sub(r"<td\1></td>", body)
