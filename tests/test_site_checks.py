@@ -138,6 +138,10 @@ def test_animation_of_the_front_page_is_small_and_has_a_still_picture() -> None:
             "(\n<dl>\n<dd><em>mass</em>,</dd>\n<dd><em>law</em>,</dd>\n</dl>\n)",
             '(\n<ul class="sig-parameters"><li><em>mass</em>,</li>\n<li><em>law</em>,</li>\n</ul>\n)',
         ),
+        (
+            '<table class="dataframe"><thead><th>a</th></thead><th>1</th></table><th>b</th>',
+            '<table class="dataframe"><thead><th scope="col">a</th></thead><th scope="row">1</th></table><th>b</th>',
+        ),
         ("<dl><dt>mass</dt><dd>kg</dd></dl>", "<dl><dt>mass</dt><dd>kg</dd></dl>"),
         ("<dl>\n<dt>a</dt><dd><dl>\n<dd>b</dd></dl></dd></dl>", None),
     ],

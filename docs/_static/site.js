@@ -7,6 +7,16 @@ function nameSearchButtons() {
   }
 }
 
+// The form of the search has no button that sends it, except the key Enter.
+function addSubmitButtons() {
+  for (const form of document.querySelectorAll("form.bd-search")) {
+    if (form.querySelector("[type=submit]")) continue;
+    const button = Object.assign(document.createElement("button"), { type: "submit", textContent: "Search" });
+    button.className = "visually-hidden-focusable";
+    form.append(button);
+  }
+}
+
 // Buttons of the navigation show the pages below a page.
 function nameNavigation() {
   for (const summary of document.querySelectorAll("li.has-children > details > summary")) {
@@ -42,6 +52,7 @@ function startAnimations() {
 
 document.addEventListener("DOMContentLoaded", () => {
   nameSearchButtons();
+  addSubmitButtons();
   nameNavigation();
   focusWideEquations();
   startAnimations();

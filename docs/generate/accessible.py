@@ -10,6 +10,7 @@ from sphinx.application import Sphinx
 EMPTY_HEADER = re.compile(r"<th\b([^>]*)>\s*(?:<p>\s*</p>\s*)?</th>")
 EQUATION_AS_HEADER = re.compile(r"<th\b([^>]*)><p>\s*<math\b((?:(?!</math>).)*</math>)\s*</p></th>", re.DOTALL)
 PARAMETERS = re.compile(r"<dl>\s*((?:<dd>(?:(?!</?d[dlt]>).)*</dd>\s*)+)</dl>", re.DOTALL)
+DATAFRAME = re.compile(r'<table\b[^>]*class="dataframe".*?</table>', re.DOTALL)
 TAG = re.compile(r"<[^>]*>")
 
 
@@ -25,15 +26,23 @@ def _as_list(found: re.Match[str]) -> str:
     return f'<ul class="sig-parameters">{items}</ul>'
 
 
+def _scoped(found: re.Match[str]) -> str:
+    """Return a table of pandas whose headers state whether they are those of columns or of rows."""
+    head, end, rows = found[0].partition("</thead>")
+    return re.sub(r"<th\b", '<th scope="col"', head) + end + re.sub(r"<th\b", '<th scope="row"', rows)
+
+
 def corrected(body: str) -> str:
     """Return the body of a page with these corrections.
 
     - An empty header of a table becomes an empty cell, because screen readers announce a header without a name.
     - A header that consists of an equation gets the text of the equation, because screen readers need not read MathML.
+    - Headers of a table of pandas state what they belong to.
     - The parameters of a long signature, for which Sphinx writes a definition list without terms, become a list.
     """
     body = EMPTY_HEADER.sub(r"<td\1></td>", body)
     body = EQUATION_AS_HEADER.sub(_named, body)
+    body = DATAFRAME.sub(_scoped, body)
     return PARAMETERS.sub(_as_list, body)
 
 
