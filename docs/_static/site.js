@@ -1,4 +1,4 @@
-// Names of buttons and keyboard access that the theme leaves out, and the animation of the front page.
+// Names of buttons and keyboard access that the theme lacks, line breaks of names, and the animation of the front page.
 
 // The visible text of the search button is part of its name. Screens that hide the text keep the name.
 function nameSearchButtons() {
@@ -22,6 +22,15 @@ function nameNavigation() {
   for (const summary of document.querySelectorAll("li.has-children > details > summary")) {
     const page = summary.closest("li").querySelector("a");
     if (page) summary.setAttribute("aria-label", `Pages of ${page.textContent.trim()}`);
+  }
+}
+
+// Names of functions and classes in the narrow navigation: without "warpdyn.", and broken only between their words.
+function breakNamesBetweenWords() {
+  for (const link of document.querySelectorAll(".bd-sidebar-primary .toctree-l2 a")) {
+    if (!link.textContent.startsWith("warpdyn.")) continue;
+    const words = link.textContent.trim().slice("warpdyn.".length).split(/(?<=[._])|(?<=[a-z])(?=[A-Z])/);
+    link.replaceChildren(...words.flatMap((word, i) => (i ? [document.createElement("wbr"), word] : [word])));
   }
 }
 
@@ -54,6 +63,7 @@ document.addEventListener("DOMContentLoaded", () => {
   nameSearchButtons();
   addSubmitButtons();
   nameNavigation();
+  breakNamesBetweenWords();
   focusWideEquations();
   startAnimations();
 });
