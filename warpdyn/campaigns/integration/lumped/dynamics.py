@@ -74,8 +74,12 @@ class LumpedDynamics(Dynamics):
         rayleigh = structure.rayleigh(parameters, np.sqrt(undamped(*elastic)[0]))
         matrices = self._matrices(parameters, rayleigh)
         tables = {
-            # Modes decide the signs in a matrix of modal damping.
-            name: table_of(matrix, has_signs=name != "damping", may_be_computed=name in ("stiffness", "damping"))
+            name: table_of(
+                matrix,
+                has_signs=name != "damping",  # modes decide the signs in a matrix of modal damping
+                may_be_computed=name in ("stiffness", "damping", "output"),
+                is_symmetric=name != "output",
+            )
             for name, matrix in matrices.items()
         }
         for name in ("stiffness", "damping", "unmoved"):

@@ -8,6 +8,7 @@ import numpy as np
 
 from warpdyn.foundations.core.checks import checked_text, real_number, shortened, whole_number
 from warpdyn.foundations.core.near_misses import suggests_names
+from warpdyn.foundations.core.plausibility import PlausibilityFindings
 from warpdyn.model.structures.builders.changed_structures import (
     arguments_after,
     lumped,
@@ -150,6 +151,12 @@ def with_absorber(
         optimum = optimum_tmdi(mu, beta)
         frequency_ratio = optimum.frequency_ratio if frequency_ratio is None else frequency_ratio
         damping_ratio = optimum.damping_ratio if damping_ratio is None else damping_ratio
+    findings = PlausibilityFindings()
+    findings.add("tuned_mass_ratio", mu)
+    findings.add("tuned_frequency_ratio", real_number("frequency_ratio", frequency_ratio, above=0))
+    if real_number("damping_ratio", damping_ratio, least=0) > 0:
+        findings.add("tuned_damping_ratio", damping_ratio)
+    findings.warn()
     row = _row(whole, checked_text("at", at))
     squared, shapes = modes(whole)
     number = whole_number("mode", mode, 1, whole.dofs) - 1

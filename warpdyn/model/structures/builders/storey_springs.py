@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 
 from warpdyn.engine.laws.law import Law
 from warpdyn.engine.laws.lookup import laws_and_values
+from warpdyn.foundations.core.plausibility import PlausibilityFindings
 from warpdyn.foundations.core.units import STANDARD_GRAVITY
 from warpdyn.model.structures.lumped.places.storey_values import storey_values
 from warpdyn.model.structures.lumped.spring import Spring
@@ -73,4 +74,8 @@ def axial_forces(gravity_load: ArrayLike | str | None, floor_mass: np.ndarray) -
         loads = floor_mass * STANDARD_GRAVITY
     else:
         loads = storey_values("gravity_load", gravity_load, floor_mass.size, "N", least=0.0)
+        if loads.any():
+            findings = PlausibilityFindings()
+            findings.add("gravity_load_over_weight", loads.sum() / (floor_mass.sum() * STANDARD_GRAVITY))
+            findings.warn()
     return np.cumsum(loads[::-1])[::-1]

@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 
 from warpdyn.foundations.core.checks import finite_numbers, real_number
 from warpdyn.foundations.core.near_misses import with_suggestions
+from warpdyn.foundations.core.plausibility import PlausibilityFindings
 
 MODES = ("z", "y", "x", "rx", "ry", "t")
 
@@ -135,6 +136,10 @@ class Soil:
                 f"shear_modulus {modulus:g} N/m2 is not density x shear_wave_velocity^2, {density * velocity**2:g} "
                 "N/m2: give only one of the two"
             )
+        findings = PlausibilityFindings()
+        findings.add("soil_density", density)
+        findings.add("soil_shear_wave_velocity", velocity)
+        findings.warn()
         values = {"poisson_ratio": ratio, "density": density, "shear_modulus": modulus, "shear_wave_velocity": velocity}
         for name, value in values.items():
             object.__setattr__(self, name, value)
