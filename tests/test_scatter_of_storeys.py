@@ -83,7 +83,7 @@ def test_kernels_that_prepare_structures_leave_out_the_same_storeys():
     [
         ("stiffness", {"storeys": (1, 4)}, r"storeys=\(1, 4\), but the structure has 3: give at most 3"),
         ("stiffness", {"storeys": (2, 1)}, "first <= last"),
-        ("stiffness", {"storeys": (0, 1)}, "first must be a whole number of at least 1, got 0"),
+        ("stiffness", {"storeys": (0, 1)}, "first of storeys must be a whole number of at least 1, got 0"),
         ("stiffness", {"storeys": 2}, "storeys must be the first and the last storey"),
         ("damping_ratio", {"storeys": (1, 2)}, "damping_ratio has no value per storey; remove storeys="),
     ],

@@ -116,7 +116,7 @@ def _first_and_last(storeys: object) -> tuple[int, int]:
     """Return the argument `storeys` as (first, last), or raise an error."""
     if not isinstance(storeys, tuple | list) or len(storeys) != 2:
         raise TypeError(f"storeys must be the first and the last storey, such as (2, 5), got {storeys!r}")
-    first, last = (whole_number(name, each, least=1) for name, each in zip(("first", "last"), storeys, strict=True))
+    first, last = (whole_number(f"{('first', 'last')[i]} of storeys", storeys[i], least=1) for i in (0, 1))
     if first > last:
         raise ValueError(f"storeys must be (first, last) with first <= last, got ({first}, {last})")
     return first, last
