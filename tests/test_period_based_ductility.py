@@ -88,6 +88,14 @@ def test_unfit_curves_are_refused():
         wd.period_based_ductility(building, wd.pushover(building, [0.0, 0.0]))
     with pytest.raises(ValueError, match=r"period \[s\] must be a finite number above 0"):
         wd.period_based_ductility(building, wd.pushover(building, np.linspace(0.0, 0.25, 51)), period=0.0)
+    whole = wd.pushover(building, np.linspace(0.0, 0.25, 51))
+    with pytest.raises(ValueError, match="pushed is the pushover of another building"):
+        wd.period_based_ductility(storey(gravity_load=1e6), whole)
+    with pytest.raises(ValueError, match=r"period \[s\] must be at most 100, got 1e\+308"):
+        wd.period_based_ductility(building, whole, period=1e308)
+    whole["base_shear"][5] = np.nan
+    with pytest.raises(ValueError, match=r"base_shear.*nan"):
+        wd.period_based_ductility(building, whole)
     with pytest.raises(TypeError, match="takes a ShearBuilding"):
         wd.period_based_ductility(2.0, wd.pushover(building, [0.0, 0.01]))
     with pytest.raises(TypeError, match="takes a Dataset"):

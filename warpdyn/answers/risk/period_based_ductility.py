@@ -8,12 +8,14 @@ import numpy as np
 import xarray as xr
 
 from warpdyn.answers.fragility.curve_variables import variable
-from warpdyn.foundations.core.checks import check_dataset, check_kind, real_number
+from warpdyn.foundations.core.checks import check_dataset, check_kind, finite_numbers, real_number
+from warpdyn.foundations.core.description import to_json
 from warpdyn.foundations.core.near_misses import suggests_names
 from warpdyn.foundations.core.units import STANDARD_GRAVITY
 from warpdyn.model.structures.shear_building import ShearBuilding
 
 SOURCE = "FEMA P-695 (2009), equations 6-6 to 6-8"
+LONGEST_PERIOD = 100.0  # s
 REMAINING = 0.8  # share of the largest base shear at the ultimate displacement (a loss of strength of 20 %)
 
 
@@ -42,7 +44,8 @@ def period_based_ductility(building: ShearBuilding, pushed: xr.Dataset, *, perio
 
     Raises:
         ValueError: If the base shear has not fallen to 80 % of its largest value at the end of the given path, the roof
-            displacement decreases, the base shear is never above 0, or an argument is out of its range.
+            displacement decreases, the base shear is never above 0 or not finite, `pushed` is the curve of another
+            building, or `period` is out of its range.
         TypeError: If `building` is not a ShearBuilding or `pushed` is not a Dataset.
 
     Example:
@@ -59,9 +62,15 @@ def period_based_ductility(building: ShearBuilding, pushed: xr.Dataset, *, perio
     first = building.modal().isel(mode=0)
     first_period = float(first["period"])
     longest = first_period if period is None else max(first_period, real_number("period [s]", period, above=0))
+    if longest > LONGEST_PERIOD:
+        raise ValueError(f"period [s] must be at most {LONGEST_PERIOD:g}, got {longest:g}")
     shape, mass = first["shape"].values, building.parameters["mass"]
     coefficient = float(shape[-1] * (mass @ shape) / (mass @ shape**2))
-    displacement, shear = (pushed[name].values for name in ("roof_displacement", "base_shear"))
+    if pushed.attrs.get("building", to_json(building)) != to_json(building):
+        raise ValueError(
+            "period_based_ductility: pushed is the pushover of another building: give pushover(building, ...)"
+        )
+    displacement, shear = (finite_numbers(name, pushed[name].values) for name in ("roof_displacement", "base_shear"))
     peak, ultimate, how = _ultimate(displacement, shear, str(pushed.attrs.get("stopped_because", "")))
     weight = STANDARD_GRAVITY * float(mass.sum())
     effective = coefficient * peak / weight * STANDARD_GRAVITY / (4 * np.pi**2) * longest**2
