@@ -22,8 +22,7 @@ from warpdyn.foundations.core.interruption import stop_if_asked
 from warpdyn.foundations.core.thread_pool import as_finished
 
 # A launch cannot be interrupted, so launches are cut into pieces of about SECONDS_OF_A_PIECE, after which Ctrl-C works.
-# A piece has at most MOST_GROWTH times as many steps as the last piece.
-SECONDS_OF_A_PIECE, MOST_GROWTH = 0.3, 16
+SECONDS_OF_A_PIECE, MOST_GROWTH = 0.3, 16  # a piece has at most MOST_GROWTH times as many steps as the last piece
 FIRST_PIECE = 3e4  # steps times storeys of the first piece; with the slowest laws it takes 0.5 s
 PART = 2**17  # samples of an output that one thread copies
 WAIT_FOR_GPU = 2e-4  # seconds between checks whether the GPU has finished or Ctrl-C was pressed
