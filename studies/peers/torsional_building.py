@@ -103,7 +103,8 @@ def structure(storeys: int, damping: str = "rayleigh") -> wd.LumpedStructure:
             stiffness = 3.5e8 * (1 - 0.6 * i / storeys)
             dashpot = {} if damping == "rayleigh" else {"damping_coefficient": STIFFNESS_DAMPING * stiffness}
             springs.append(wd.Spring(f"{w}-{i}", direction, law="bilinear", stiffness=stiffness, **strength, **dashpot))
-    ratio = {"damping_ratio": 0.05} if damping == "rayleigh" else {}
+    # The first three modes are similar: x, y and rotation. The programs have 5 % in the first and in the next of them.
+    ratio = {"damping_ratio": 0.05, "damping_modes": (1, 7)} if damping == "rayleigh" else {}
     return wd.LumpedStructure(masses, springs, influence=influence, damping=damping, **ratio)
 
 
