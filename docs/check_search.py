@@ -34,6 +34,8 @@ FIRST = {
     "reliability": "how_to/first_passage",
     "response spectrum": "how_to/records",
     "soil-structure interaction": "how_to/built_structures",
+    "SSI": "how_to/built_structures",
+    "torsion": "how_to/built_structures",
     "FAQ": "faq",
     "cite": "citation",
     "licence": "licence",

@@ -28,6 +28,7 @@ from warpdyn.model.scene.arguments import takes_scene
 from warpdyn.model.scene.number_of_structures import number_of_structures, with_default_design
 from warpdyn.model.scene.plausibility import warn_of_implausible
 from warpdyn.model.scene.scene import Scene
+from warpdyn.model.structures.lumped.structure import LumpedStructure
 
 PAIRS_AT_A_TIME = 2**16  # number of pairs of a structure and a motion that are searched at the same time
 LARGEST_LIMIT = 1e9  # largest finite limit
@@ -268,7 +269,17 @@ def _recorders_for(scene: Scene, demand: str) -> tuple[str, ...]:
     drift = ("drift",) if "drift" in table else ()
     if drift:
         filled[DRIFT_RATIO] = "drift"
-    one_of(f"demand of a {type(scene.structure).__name__}", demand, sorted(filled))
+    structure = scene.structure
+    if isinstance(structure, LumpedStructure) and demand not in filled:
+        raise ValueError(
+            f"capacities: {structure!r} has no demand {demand!r}: give demand=, such as "
+            f"demand='peak_spring_deformation'; it has {', '.join(sorted(filled))}"
+        )
+    one_of(f"demand of a {type(structure).__name__}", demand, sorted(filled))
+    if isinstance(structure, LumpedStructure):
+        dims = table[filled[demand]][demand].dims
+        if dims and (problem := structure.kinds.unit_problem(demand, dims[0])):
+            raise ValueError(f"capacities: {problem}")
     return tuple({*drift, filled[demand]})
 
 

@@ -18,6 +18,7 @@ from warpdyn.foundations.core.near_misses import suggests_names
 from warpdyn.foundations.core.plausibility import PlausibilityFindings
 from warpdyn.foundations.files.netcdf import trace
 from warpdyn.model.structures.lateral_loads import floor_loads, storey_shears
+from warpdyn.model.structures.lumped.structure import LumpedStructure
 from warpdyn.model.structures.physics import effective_stiffness, storey_weight_over_height
 from warpdyn.model.structures.shear_building import ShearBuilding
 
@@ -68,7 +69,7 @@ def storey_hysteresis(building: ShearBuilding, drift: ArrayLike) -> xr.Dataset:
                [-305., -205.],
                [  95.,   95.]])
     """
-    check_kind("storey_hysteresis", "a ShearBuilding", building, ShearBuilding, argument="building")
+    check_kind("storey_hysteresis", "a ShearBuilding", building, ShearBuilding, _advice(building), argument="building")
     path = finite_numbers("drift", drift)
     if path.ndim == 1:
         path = np.repeat(path[:, None], building.storeys, axis=1)
@@ -123,7 +124,7 @@ def pushover(
         >>> (pushed["base_shear"][::25] / 1e3).round().values  # kN
         array([  0., 315., 342., 368., 395.])
     """
-    check_kind("pushover", "a ShearBuilding", building, ShearBuilding, argument="building")
+    check_kind("pushover", "a ShearBuilding", building, ShearBuilding, _advice(building), argument="building")
     path = finite_numbers("roof_displacement", roof_displacement)
     if path.ndim != 1 or not path.size:
         raise ValueError(f"roof_displacement must have shape [step], got {np.shape(roof_displacement)}")
@@ -359,3 +360,10 @@ def _storey_dataset(
         },
         attrs=trace(title, function) | {"building": to_json(building)},
     )
+
+
+def _advice(building: object) -> str:
+    """Return what to do with a lumped structure, or ""."""
+    if not isinstance(building, LumpedStructure):
+        return ""
+    return "simulate a lumped structure under forces that increase slowly, wd.ForceHistory(values, step)"

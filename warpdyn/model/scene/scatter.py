@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
-from dataclasses import dataclass, fields
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from warpdyn.foundations.core.checks import finite_numbers, one_of, real_number, real_numbers, whole_number
+from warpdyn.foundations.core.checks import finite_numbers, one_of, real_number, real_numbers, shortened, whole_number
 from warpdyn.foundations.core.frozen_values import FrozenArrays
 from warpdyn.foundations.core.near_misses import did_you_mean, with_suggestions
 from warpdyn.model.scene.distributions import Distribution
@@ -26,6 +26,10 @@ class ParameterScatter(ABC):
     def variables(self, storeys: int) -> int:
         """Return the number of random variables that this scatter draws for a structure with `storeys` storeys."""
         return 0
+
+    def varied(self, name: str, structure: Structure) -> np.ndarray | None:
+        """Return which values of a parameter are drawn, shape [place]; the others are nominal. None: all are drawn."""
+        return None
 
     def rows(self, count: int) -> np.ndarray | slice:
         """Return the indices of `count` random structures; for GivenValues, a slice of all given structures."""
@@ -56,7 +60,7 @@ class RandomScatter(ParameterScatter):
     distribution: Distribution
     per: str = "building"
     storey_correlation: float = 0.0
-    storeys: tuple[int, int] | None = None
+    only: str | Sequence[str] | Sequence[int] | None = None
 
     def __post_init__(self) -> None:
         if not isinstance(self.distribution, Distribution):
@@ -69,15 +73,18 @@ class RandomScatter(ParameterScatter):
                 "storey_correlation needs per='storey' (or 'spring', 'dof'): with per='building' one draw applies to "
                 "all storeys. Give per='storey', or remove storey_correlation"
             )
-        if self.storeys is not None:
-            object.__setattr__(self, "storeys", _first_and_last(self.storeys))
+        if self.only is not None:
+            object.__setattr__(self, "only", _places(self.only))
 
-    def description(self) -> dict[str, object]:
-        """Return the fields by name, for JSON; `storeys` only if it is given."""
-        told = {each.name: getattr(self, each.name) for each in fields(self)}
-        if self.storeys is None:
-            del told["storeys"]
-        return {"type": type(self).__name__, **told}
+    def description(self) -> dict[str, Any]:
+        """Return the scatter as a dictionary, for the JSON of its scene."""
+        told: dict[str, Any] = {"type": type(self).__name__, "distribution": self.distribution, "per": self.per}
+        told |= {"storey_correlation": self.storey_correlation}
+        return told if self.only is None else {**told, "only": self.only}
+
+    def varied(self, name: str, structure: Structure) -> np.ndarray | None:
+        """Return which values of a parameter are drawn, shape [place]; the others are nominal. None: all are drawn."""
+        return structure.varied(name, self.only)  # type: ignore[arg-type] # a tuple after the check
 
     def variables(self, storeys: int) -> int:
         """Return the number of random variables: one per storey, or one for the building, according to `per`."""
@@ -85,11 +92,8 @@ class RandomScatter(ParameterScatter):
 
     def problem(self, name: str, structure: Structure) -> str | None:
         """Return a message if the scatter does not fit the parameter `name` of the structure; None if it fits."""
-        if self.storeys is not None:
-            if not structure.is_by_storey(name) or structure.dim_of(name) != "storey":
-                return f"scatter[{name!r}]: {name} has no value per storey; remove storeys="
-            if self.storeys[1] > (most := structure.length_of(name)):
-                return f"scatter[{name!r}]: storeys={self.storeys}, but the structure has {most}: give at most {most}"
+        if self.only is not None and (problem := structure.only_problem(name, self.only)):  # type: ignore[arg-type]
+            return f"scatter[{name!r}]: {problem}"
         if self.per == "building":
             return None
         if not structure.is_by_storey(name):
@@ -101,25 +105,25 @@ class RandomScatter(ParameterScatter):
     def draw(self, nominal: np.ndarray, normals: np.ndarray, structures: np.ndarray | slice) -> np.ndarray:
         """Return the random values of the parameter, shape [storey, structure] or [structure]."""
         drawn = self.distribution.from_standard_normal(normals)
-        values = self.applied(nominal[..., None], drawn if nominal.ndim else drawn[0])
-        if self.storeys is None:
-            return values
-        storey = np.arange(1, len(nominal) + 1)[:, None]
-        return np.where((storey >= self.storeys[0]) & (storey <= self.storeys[1]), values, nominal[:, None])
+        return self.applied(nominal[..., None], drawn if nominal.ndim else drawn[0])
 
     @abstractmethod
     def applied(self, nominal: np.ndarray, drawn: np.ndarray) -> np.ndarray:
         """Return the parameter's values from its nominal value and its random numbers, whose shapes broadcast."""
 
 
-def _first_and_last(storeys: object) -> tuple[int, int]:
-    """Return the argument `storeys` as (first, last), or raise an error."""
-    if not isinstance(storeys, tuple | list) or len(storeys) != 2:
-        raise TypeError(f"storeys must be the first and the last storey, such as (2, 5), got {storeys!r}")
-    first, last = (whole_number(f"{('first', 'last')[i]} of storeys", storeys[i], least=1) for i in (0, 1))
-    if first > last:
-        raise ValueError(f"storeys must be (first, last) with first <= last, got ({first}, {last})")
-    return first, last
+def _places(only: object) -> tuple[str, ...] | tuple[int, ...]:
+    """Return the argument `only` as a tuple of names or of storey numbers, or raise an error."""
+    places = (only,) if isinstance(only, str | int) else only
+    if isinstance(places, list | tuple | range | np.ndarray) and len(places):
+        if all(isinstance(each, str) for each in places):
+            return tuple(map(str, places))
+        if not any(isinstance(each, str) for each in places):
+            return tuple(whole_number("only", each, least=1) for each in places)
+    raise TypeError(
+        "only must be storeys, such as only=range(1, 5) for storeys 1 to 4, or names of springs, degrees of freedom or "
+        f"groups, such as only=('soil',), got {shortened(only)}"
+    )
 
 
 def also_of_added_storeys(name: str, structure: Structure) -> str | None:
@@ -149,11 +153,13 @@ class RandomFactor(RandomScatter):
         per: "building" (one draw for all storeys, springs or degrees of freedom), "storey" (one draw per storey) or,
             of a LumpedStructure, "spring" or "dof".
         storey_correlation: Correlation between the draws of two storeys [1], 0 to 1; needs `per="storey"`.
-        storeys: First and last storey whose values are random, from 1, such as `(2, 5)`; the other storeys keep their
-            nominal values. None: all storeys, including those of isolators and of a tuned mass damper.
+        only: Storeys of a building whose values are drawn, such as `range(2, 6)` for storeys 2 to 5; or names of
+            springs, degrees of freedom or groups of a LumpedStructure. The others have their nominal values. None: all
+            storeys, including those of isolators and of a tuned mass damper; of a LumpedStructure, all except those of
+            the groups "equipment", "absorber" and "soil".
 
     Raises:
-        TypeError, ValueError: If `distribution` or `per` is invalid, `storeys` are not storeys of the structure, or
+        TypeError, ValueError: If `distribution` or `per` is invalid, `only` is not in the structure, or
             `storey_correlation` is out of range or given with `per="building"`.
 
     Example:
@@ -178,11 +184,13 @@ class RandomValue(RandomScatter):
         per: "building" (one draw for all storeys, springs or degrees of freedom), "storey" (one draw per storey) or,
             of a LumpedStructure, "spring" or "dof".
         storey_correlation: Correlation between the draws of two storeys [1], 0 to 1; needs `per="storey"`.
-        storeys: First and last storey whose values are random, from 1, such as `(2, 5)`; the other storeys keep their
-            nominal values. None: all storeys, including those of isolators and of a tuned mass damper.
+        only: Storeys of a building whose values are drawn, such as `range(2, 6)` for storeys 2 to 5; or names of
+            springs, degrees of freedom or groups of a LumpedStructure. The others have their nominal values. None: all
+            storeys, including those of isolators and of a tuned mass damper; of a LumpedStructure, all except those of
+            the groups "equipment", "absorber" and "soil".
 
     Raises:
-        TypeError, ValueError: If `distribution` or `per` is invalid, `storeys` are not storeys of the structure, or
+        TypeError, ValueError: If `distribution` or `per` is invalid, `only` is not in the structure, or
             `storey_correlation` is out of range or given with `per="building"`.
 
     Example:
@@ -194,8 +202,8 @@ class RandomValue(RandomScatter):
         """Return a message if the scatter does not fit the parameter `name` of the structure; None if it fits."""
         if structure.is_scaled:
             return f"scatter[{name!r}]: a matrix can only be scaled; give RandomFactor(...) instead of RandomValue(...)"
-        if self.per == "building" and self.storeys is None and (also := also_of_added_storeys(name, structure)):
-            return f"{also}: give storeys=(first, last) to RandomValue"
+        if self.per == "building" and self.only is None and (also := also_of_added_storeys(name, structure)):
+            return f"{also}: give only=, such as only=range(1, 4), to RandomValue"
         return super().problem(name, structure)
 
     def applied(self, nominal: np.ndarray, drawn: np.ndarray) -> np.ndarray:
@@ -291,7 +299,7 @@ def check_scatter(structure: Structure, scatter: Scatter) -> None:
                 f"value for all structures as {name}= of the structure, one value per structure as "
                 f"GivenValues([...]), and a dispersion as RandomFactor(Lognormal(1.0, dispersion))"
             )
-        is_of_one = isinstance(spread, RandomFactor) and spread.per == "building" and spread.storeys is None
+        is_of_one = isinstance(spread, RandomFactor) and spread.per == "building" and spread.only is None
         problem = structure.scatter_problem(name, is_common_factor=is_of_one) or spread.problem(name, structure)
         if problem:
             raise ValueError(f"scatter[{name!r}]: {problem.removeprefix(f'scatter[{name!r}]: ')}")
@@ -315,15 +323,28 @@ def _at(structure: Structure, scatter: Scatter, z: np.ndarray) -> dict[str, np.n
     values, nominal = {}, structure.nominal_values
     for name, spread in scatter.items():
         normals = np.broadcast_to(z, (spread.variables(structure.length_of(name)), z.size))
-        values[name] = combined(nominal[name], spread, normals, spread.rows(z.size)).T
+        varied = spread.varied(name, structure)
+        values[name] = combined(nominal[name], spread, normals, spread.rows(z.size), varied).T
     return values
 
 
 def combined(
-    nominal: np.ndarray, spread: ParameterScatter, normals: np.ndarray, structures: np.ndarray | slice
+    nominal: np.ndarray,
+    spread: ParameterScatter,
+    normals: np.ndarray,
+    structures: np.ndarray | slice,
+    varied: np.ndarray | None = None,
 ) -> np.ndarray:
-    """Return the result of `ParameterScatter.draw`, with NaN in storeys whose law does not have the parameter."""
-    return only_at(storeys_with(nominal), spread.draw(nominal, normals, structures))
+    """Return the result of `ParameterScatter.draw`, with NaN in storeys whose law does not have the parameter.
+
+    Places for which `varied` is False have their nominal values; None: all are drawn.
+    """
+    return only_at(storeys_with(nominal), only_varied(varied, spread.draw(nominal, normals, structures), nominal))
+
+
+def only_varied(varied: np.ndarray | None, values: np.ndarray, nominal: np.ndarray) -> np.ndarray:
+    """Return drawn values, shape [place, structure], with nominal values in places for which `varied` is False."""
+    return values if varied is None else np.where(varied[:, None], values, nominal[:, None])
 
 
 def only_at(taken: np.ndarray | None, values: np.ndarray) -> np.ndarray:

@@ -115,7 +115,7 @@ class ProtectedChain:
         damping and stiffness-proportional damping are treated as in `on_isolators`.
 
         The damper is the last storey of the model. A random factor of the `stiffness` also multiplies its spring, so
-        that it stays tuned. `RandomFactor(..., storeys=(1, 8))` limits the factor to a building of eight storeys.
+        that it stays tuned. `RandomFactor(..., only=range(1, 9))` limits the factor to a building of eight storeys.
 
         Args:
             mass_ratio: Mass of the damper divided by the modal mass of the first mode (with shape 1 at the roof) [1];

@@ -15,7 +15,7 @@ from warpdyn.engine.laws.lookup import class_and_values
 from warpdyn.foundations.core.checks import checked_text, finite_numbers, real_number
 from warpdyn.foundations.core.near_misses import with_suggestions
 from warpdyn.model.structures.lumped.names import checked_coefficients
-from warpdyn.model.structures.lumped.spring import checked_parameters
+from warpdyn.model.structures.lumped.spring import check_law, checked_parameters
 
 
 @dataclass(frozen=True)
@@ -93,6 +93,7 @@ class BiaxialSpring:
         self.stiffness = real_number(f"{where}: stiffness [N/m]", stiffness, above=0)
         self.damping_coefficient = real_number(f"{where}: damping_coefficient [N s/m]", damping_coefficient, least=0)
         self.parameters = checked_parameters(where, self.law, {**parameters, **own})
+        check_law(where, self.law, self.stiffness, self.parameters)
 
     @classmethod
     def of_components(cls, first: Component, second: Component) -> BiaxialSpring:
