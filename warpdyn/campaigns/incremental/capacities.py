@@ -23,6 +23,7 @@ from warpdyn.foundations.core.messages import warn_caller
 from warpdyn.foundations.core.output_variables import LARGEST_EXCLUDED_FRACTION
 from warpdyn.foundations.core.progress import counted_histories
 from warpdyn.model.ground_motions.designs import Cloud, Design, Stripes
+from warpdyn.model.ground_motions.filtered_noise import FilteredNoise
 from warpdyn.model.scene.arguments import takes_scene
 from warpdyn.model.scene.number_of_structures import number_of_structures, with_default_design
 from warpdyn.model.scene.plausibility import warn_of_implausible
@@ -214,9 +215,10 @@ def _design_of(scene: Scene) -> Design:
     if scene.structure.is_many:
         raise TypeError("capacities() needs a scene of one structure, got a Portfolio: give the scene of one archetype")
     if not isinstance(design, Cloud | Stripes):
+        made = ", motions = [noise.motion(i, seed=1) for i in range(64)]" if isinstance(design, FilteredNoise) else ""
         raise TypeError(
             f"capacities() scales the motions of a Cloud or of Stripes, got {type(design).__name__}: give "
-            "Scene(building, Cloud(motions, measure))"
+            f"Scene(building, Cloud(motions, measure)){made}"
         )
     if isinstance(design, Stripes):
         design.check_scaled_to_all("capacities")

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from warpdyn.engine.kernels.auxiliary.storey_path import storey_path_kernel
 from warpdyn.engine.kernels.auxiliary.storey_step import storey_step_kernel
-from warpdyn.engine.kernels.kernel_cache import loaded
+from warpdyn.engine.kernels.kernel_cache import initialise, loaded
 from warpdyn.engine.laws.springs import StoreyRules, spring_row
 from warpdyn.foundations.core.checks import check_kind, finite_numbers
 from warpdyn.foundations.core.description import to_json
@@ -77,6 +77,7 @@ def storey_hysteresis(building: ShearBuilding, drift: ArrayLike) -> xr.Dataset:
         raise ValueError(f"drift must have shape [step] or [step, {building.storeys}], got {np.shape(drift)}")
     _warn_of_implausible_path(path / building.parameters["height"])
     spring, coefficients = _spring_and_coefficients(building)
+    initialise()  # before Warp starts with the first array
     arrays: list[wp.array] = [wp.array(np.ascontiguousarray(values), device="cpu") for values in (coefficients, path)]
     results = [wp.full(path.shape, np.nan, dtype=wp.float64, device="cpu") for _ in range(2)]
     kernel = loaded(storey_path_kernel(spring, "float64"))
@@ -185,6 +186,7 @@ class _PushedChain:
         self.trial_force, self.tangent, self.trial_recoverable = (np.full(storeys, np.nan) for _ in range(3))
         given = (coefficients, self.drift, self.memory, self.trial)
         found = (self.trial_memory, self.trial_force, self.tangent, self.trial_recoverable)
+        initialise()  # before Warp starts with the first array
         self.kept: list[wp.array] = [
             wp.array(values, dtype=wp.float64, device="cpu", copy=False) for values in (*given, *found)
         ]

@@ -9,10 +9,11 @@ from typing import Any
 
 import numpy as np
 
-from warpdyn.foundations.core.checks import finite_numbers, one_of, real_number, real_numbers
+from warpdyn.foundations.core.checks import finite_numbers, one_of, real_number, real_numbers, shortened, whole_number
 from warpdyn.foundations.core.frozen_values import FrozenArrays
 from warpdyn.foundations.core.near_misses import did_you_mean, with_suggestions
 from warpdyn.model.scene.distributions import Distribution
+from warpdyn.model.structures.shear_building import ShearBuilding
 from warpdyn.model.structures.structure import Structure
 
 # A draw applies to all storeys (springs, degrees of freedom) of a structure, or to one of them.
@@ -59,7 +60,7 @@ class RandomScatter(ParameterScatter):
     distribution: Distribution
     per: str = "building"
     storey_correlation: float = 0.0
-    only: str | Sequence[str] | None = None
+    only: str | Sequence[str] | Sequence[int] | None = None
 
     def __post_init__(self) -> None:
         if not isinstance(self.distribution, Distribution):
@@ -73,17 +74,11 @@ class RandomScatter(ParameterScatter):
                 "all storeys. Give per='storey', or remove storey_correlation"
             )
         if self.only is not None:
-            names = (self.only,) if isinstance(self.only, str) else self.only
-            if not isinstance(names, list | tuple) or not names or not all(isinstance(each, str) for each in names):
-                raise TypeError(
-                    "only must be names of springs, degrees of freedom or groups, such as only=('soil',), got "
-                    f"{self.only!r}"
-                )
-            object.__setattr__(self, "only", tuple(names))
+            object.__setattr__(self, "only", _places(self.only))
 
     def description(self) -> dict[str, Any]:
         """Return the scatter as a dictionary, for the JSON of its scene."""
-        told = {"type": type(self).__name__, "distribution": self.distribution, "per": self.per}
+        told: dict[str, Any] = {"type": type(self).__name__, "distribution": self.distribution, "per": self.per}
         told |= {"storey_correlation": self.storey_correlation}
         return told if self.only is None else {**told, "only": self.only}
 
@@ -117,6 +112,37 @@ class RandomScatter(ParameterScatter):
         """Return the parameter's values from its nominal value and its random numbers, whose shapes broadcast."""
 
 
+def _places(only: object) -> tuple[str, ...] | tuple[int, ...]:
+    """Return the argument `only` as a tuple of names or of storey numbers, or raise an error."""
+    places = (only,) if isinstance(only, str | int) else only
+    if isinstance(places, list | tuple | range | np.ndarray) and len(places):
+        if all(isinstance(each, str) for each in places):
+            return tuple(map(str, places))
+        if not any(isinstance(each, str) for each in places):
+            return tuple(whole_number("only", each, least=1) for each in places)
+    raise TypeError(
+        "only must be storeys, such as only=range(1, 5) for storeys 1 to 4, or names of springs, degrees of freedom or "
+        f"groups, such as only=('soil',), got {shortened(only)}"
+    )
+
+
+def also_of_added_storeys(name: str, structure: Structure) -> str | None:
+    """Return the start of a message if one value would replace those of the building and of isolators or a damper.
+
+    None: the structure has no added storeys, or only one of both kinds of storeys has the parameter.
+    """
+    if not isinstance(structure, ShearBuilding) or structure.own_storeys.all() or not structure.is_by_storey(name):
+        return None
+    own, has = structure.own_storeys, ~np.isnan(structure.nominal_values[name])
+    if not (has[own].any() and has[~own].any()):
+        return None
+    added = ", ".join(map(str, np.flatnonzero(~own) + 1))
+    return (
+        f"scatter[{name!r}]: one value would replace the values of the building's storeys and those of storey {added} "
+        "(isolators or tuned mass damper)"
+    )
+
+
 @with_suggestions
 @dataclass(frozen=True)
 class RandomFactor(RandomScatter):
@@ -127,12 +153,14 @@ class RandomFactor(RandomScatter):
         per: "building" (one draw for all storeys, springs or degrees of freedom), "storey" (one draw per storey) or,
             of a LumpedStructure, "spring" or "dof".
         storey_correlation: Correlation between the draws of two storeys [1], 0 to 1; needs `per="storey"`.
-        only: Names of the springs, degrees of freedom or groups of a LumpedStructure whose values are drawn; the others
-            are nominal. None: all, except those of the groups "equipment", "absorber" and "soil".
+        only: Storeys of a building whose values are drawn, such as `range(2, 6)` for storeys 2 to 5; or names of
+            springs, degrees of freedom or groups of a LumpedStructure. The others have their nominal values. None: all
+            storeys, including those of isolators and of a tuned mass damper; of a LumpedStructure, all except those of
+            the groups "equipment", "absorber" and "soil".
 
     Raises:
-        TypeError, ValueError: If `distribution` or `per` is invalid, or `storey_correlation` is out of range or given
-            with `per="building"`.
+        TypeError, ValueError: If `distribution` or `per` is invalid, `only` is not in the structure, or
+            `storey_correlation` is out of range or given with `per="building"`.
 
     Example:
         >>> own = wd.RandomFactor(wd.Lognormal(1.0, 0.2), per="storey", storey_correlation=0.5)
@@ -156,12 +184,14 @@ class RandomValue(RandomScatter):
         per: "building" (one draw for all storeys, springs or degrees of freedom), "storey" (one draw per storey) or,
             of a LumpedStructure, "spring" or "dof".
         storey_correlation: Correlation between the draws of two storeys [1], 0 to 1; needs `per="storey"`.
-        only: Names of the springs, degrees of freedom or groups of a LumpedStructure whose values are drawn; the others
-            are nominal. None: all, except those of the groups "equipment", "absorber" and "soil".
+        only: Storeys of a building whose values are drawn, such as `range(2, 6)` for storeys 2 to 5; or names of
+            springs, degrees of freedom or groups of a LumpedStructure. The others have their nominal values. None: all
+            storeys, including those of isolators and of a tuned mass damper; of a LumpedStructure, all except those of
+            the groups "equipment", "absorber" and "soil".
 
     Raises:
-        TypeError, ValueError: If `distribution` or `per` is invalid, or `storey_correlation` is out of range or given
-            with `per="building"`.
+        TypeError, ValueError: If `distribution` or `per` is invalid, `only` is not in the structure, or
+            `storey_correlation` is out of range or given with `per="building"`.
 
     Example:
         >>> wd.Scene(building, stripes, {"damping_ratio": wd.RandomValue(wd.Uniform(0.02, 0.08))}).sampling
@@ -172,6 +202,8 @@ class RandomValue(RandomScatter):
         """Return a message if the scatter does not fit the parameter `name` of the structure; None if it fits."""
         if structure.is_scaled:
             return f"scatter[{name!r}]: a matrix can only be scaled; give RandomFactor(...) instead of RandomValue(...)"
+        if self.per == "building" and self.only is None and (also := also_of_added_storeys(name, structure)):
+            return f"{also}: give only=, such as only=range(1, 4), to RandomValue"
         return super().problem(name, structure)
 
     def applied(self, nominal: np.ndarray, drawn: np.ndarray) -> np.ndarray:
@@ -224,6 +256,8 @@ class GivenValues(FrozenArrays, ParameterScatter):
         if self.values.ndim == 2 and (not by_storey or self.values.shape[1] != structure.length_of(name)):
             wanted = f"[structure, {structure.length_of(name)}] or [structure]" if by_storey else "[structure]"
             return f"scatter[{name!r}] lists values of shape {self.values.shape}; it must be {wanted}"
+        if self.values.ndim == 1 and (also := also_of_added_storeys(name, structure)):
+            return f"{also}: give GivenValues of shape [structure, {structure.length_of(name)}], one value per storey"
         missing = np.isnan(self.values).any(axis=0) & ~np.isnan(structure.nominal_values[name])
         for storey in np.flatnonzero(missing):
             return f"scatter[{name!r}] lists nan at storey {storey + 1}, whose law needs {name}"
@@ -265,7 +299,7 @@ def check_scatter(structure: Structure, scatter: Scatter) -> None:
                 f"value for all structures as {name}= of the structure, one value per structure as "
                 f"GivenValues([...]), and a dispersion as RandomFactor(Lognormal(1.0, dispersion))"
             )
-        is_of_one = isinstance(spread, RandomFactor) and spread.per == "building"
+        is_of_one = isinstance(spread, RandomFactor) and spread.per == "building" and spread.only is None
         problem = structure.scatter_problem(name, is_common_factor=is_of_one) or spread.problem(name, structure)
         if problem:
             raise ValueError(f"scatter[{name!r}]: {problem.removeprefix(f'scatter[{name!r}]: ')}")
@@ -305,10 +339,12 @@ def combined(
 
     Places for which `varied` is False have their nominal values; None: all are drawn.
     """
-    values = spread.draw(nominal, normals, structures)
-    if varied is not None:
-        values = np.where(varied[:, None], values, nominal[:, None])
-    return only_at(storeys_with(nominal), values)
+    return only_at(storeys_with(nominal), only_varied(varied, spread.draw(nominal, normals, structures), nominal))
+
+
+def only_varied(varied: np.ndarray | None, values: np.ndarray, nominal: np.ndarray) -> np.ndarray:
+    """Return drawn values, shape [place, structure], with nominal values in places for which `varied` is False."""
+    return values if varied is None else np.where(varied[:, None], values, nominal[:, None])
 
 
 def only_at(taken: np.ndarray | None, values: np.ndarray) -> np.ndarray:

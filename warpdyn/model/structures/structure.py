@@ -83,21 +83,18 @@ class Structure(ABC):
         """Return the units of a variable with these dimensions, whose translations have the units `units`."""
         return units
 
-    def varied(self, name: str, only: tuple[str, ...] | None) -> np.ndarray | None:
+    def varied(self, name: str, only: tuple[str, ...] | tuple[int, ...] | None) -> np.ndarray | None:
         """Return which values of a parameter a random scatter draws, shape [place]; None: all of them.
 
         Args:
             name: Name of the parameter.
-            only: Names of the places or groups that are drawn; None: the default.
+            only: Numbers or names of the places, or names of groups, that are drawn; None: the default.
         """
         return None
 
-    def only_problem(self, name: str, only: tuple[str, ...]) -> str | None:
+    def only_problem(self, name: str, only: tuple[str, ...] | tuple[int, ...]) -> str | None:
         """Return why scatter of a parameter cannot be restricted to these names; None if it can."""
-        return (
-            "only= needs a LumpedStructure with named springs and degrees of freedom: remove only=, or convert the "
-            "building by wd.lumped_chain(building)"
-        )
+        return "only= needs a ShearBuilding or a LumpedStructure: remove only="
 
     def scatter_problem(self, name: str, *, is_common_factor: bool) -> str | None:
         """Return why a parameter cannot be random; None if it can.

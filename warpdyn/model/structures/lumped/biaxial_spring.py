@@ -139,7 +139,7 @@ class BiaxialSpring:
         import warp as wp
 
         from warpdyn.engine.kernels.auxiliary.biaxial_path import biaxial_path_kernel
-        from warpdyn.engine.kernels.kernel_cache import loaded
+        from warpdyn.engine.kernels.kernel_cache import initialise, loaded
 
         points = finite_numbers("path", path, "m")
         if points.ndim != 2 or points.shape[1] != 2 or not len(points):
@@ -148,6 +148,7 @@ class BiaxialSpring:
         variant = self.law.variant(one)
         read = np.array([np.ravel(each)[0] for each in self.law.coefficients(one, variant.name)], dtype=np.float64)
         given = (np.ascontiguousarray(each, np.float64) for each in (read, points))
+        initialise()  # before Warp starts with the first array
         inputs: list[wp.array] = [wp.array(each, device="cpu") for each in given]
         force = wp.zeros(points.shape, dtype=wp.float64, device="cpu")
         wp.launch(loaded(biaxial_path_kernel(variant)), dim=1, inputs=inputs, outputs=[force], device="cpu")

@@ -289,23 +289,25 @@ class LumpedStructure(LumpedMatrices, Structure):
         """Return the names of the degrees of freedom ("dof") or of the springs."""
         return self.dof_names if dim == "dof" else tuple(spring.name for spring in self.springs)
 
-    def varied(self, name: str, only: tuple[str, ...] | None) -> np.ndarray | None:
+    def varied(self, name: str, only: tuple[str, ...] | tuple[int, ...] | None) -> np.ndarray | None:
         """Return which values of a parameter a random scatter draws, shape [place]; None: all; see Structure."""
         if not self.is_by_storey(name):
             return None
         dim = self.dim_of(name)
         found = self.kinds.of_building(dim)
         if only is not None:
-            found = self.kinds.named(dim, self.names_along(dim), only)[0]
+            found = self.kinds.named(dim, self.names_along(dim), [str(each) for each in only])[0]
         return None if found.all() else found
 
-    def only_problem(self, name: str, only: tuple[str, ...]) -> str | None:
+    def only_problem(self, name: str, only: tuple[str, ...] | tuple[int, ...]) -> str | None:
         """Return why scatter of a parameter cannot be restricted to these names; None if it can."""
         if not self.is_by_storey(name):
             return f"{name} has one value for the structure: remove only="
+        if not isinstance(only[0], str):
+            return f"only= contains the number {only[0]}, but springs and degrees of freedom have names: give names"
         dim = self.dim_of(name)
         known = [*self.names_along(dim), *dict.fromkeys(self.kinds.groups[dim])]
-        for each in self.kinds.named(dim, self.names_along(dim), only)[1]:
+        for each in self.kinds.named(dim, self.names_along(dim), [str(each) for each in only])[1]:
             what = "degree of freedom" if dim == "dof" else "spring"
             return f"only= names {each!r}, which is no {what} and no group with one{did_you_mean(each, known)}"
         return None
