@@ -26,7 +26,9 @@ def oscillators(restitution: float) -> wd.LumpedStructure:
 
 TIME = np.arange(0, 4, 0.01)
 # The left building is pressed on the right one slowly, and more and less by turns.
-PRESSING = -14 * np.minimum(TIME / 2, 1) * np.clip((3.9 - TIME) / 1.5, 0, 1) * (1 + 0.3 * np.sin(2 * np.pi * TIME / 1.3))
+PRESSING = (
+    -14 * np.minimum(TIME / 2, 1) * np.clip((3.9 - TIME) / 1.5, 0, 1) * (1 + 0.3 * np.sin(2 * np.pi * TIME / 1.3))
+)
 QUAKE = 4 * np.sin(2 * np.pi * TIME / 0.7) * np.exp(-0.4 * TIME)
 
 
