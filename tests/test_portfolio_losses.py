@@ -90,6 +90,36 @@ def test_stripes_keep_their_dimension():
         wd.portfolio_losses(striped, RATIOS, VALUES, event_rates=[0.1] * 4)
 
 
+def striped_shares():
+    """Return shares at 0.2 g of undamaged buildings, and at 0.4 g of those counted by hand."""
+    damaged = shares()
+    none = damaged.copy(deep=True)
+    none["archetype_damage_share"] = xr.zeros_like(none["archetype_damage_share"])
+    both = xr.concat([none, damaged], xr.DataArray([0.2, 0.4], dims="stripe", name="stripe", attrs={"units": "g"}))
+    both["archetype_damage_share"] = both["archetype_damage_share"].transpose(
+        "archetype", "motion", "stripe", "damage_state"
+    )
+    return both.assign_attrs(intensity_measure="PGA")
+
+
+def test_expected_annual_loss_of_a_portfolio_from_a_hazard_curve():
+    found = wd.portfolio_losses(striped_shares(), RATIOS, VALUES)
+    total = losses("light") + losses("heavy")
+    np.testing.assert_allclose(found["mean_loss_ratio"], [0.0, total.mean() / 1300], rtol=1e-12)
+    of_ratios = 0.05 * np.hypot(100 * np.array(SLIGHT["light"]), 500 * np.array(SLIGHT["heavy"]))
+    deviation = np.sqrt(total.var(ddof=1) + (of_ratios**2).mean())
+    np.testing.assert_allclose(found["coefficient_of_variation"], [np.nan, deviation / total.mean()], rtol=1e-12)
+    # The rate 1e-4 / x^2; the loss rises from 0 at 0.2 g to `mean` at 0.4 g and is constant above:
+    # slope * (integral of the rate from 0.2 to 0.4 g) = mean / 0.2 * 1e-4 * (1 / 0.2 - 1 / 0.4).
+    hazard = wd.HazardCurve([0.1, 1.0], [1e-2, 1e-4], measure="PGA")
+    with pytest.warns(UserWarning, match="it ends at 0.4 g, where it still rises"):
+        annual = wd.expected_annual_loss(found, hazard, replacement_value=1300.0)
+    assert float(annual["expected_annual_loss"]) == pytest.approx(total.mean() / 0.2 * 1e-4 * 2.5, rel=1e-12)
+    with pytest.raises(ValueError, match="PGA"):
+        wd.expected_annual_loss(found, wd.HazardCurve([0.1, 1.0], [1e-2, 1e-4], measure="SA(0.5)"))
+    assert wd.plots.vulnerability(found).axes[0].lines
+
+
 REFUSED = {
     "no value": ({"replacement_values": {"light": 1.0}}, "light, heavy; heavy missing"),
     "another archetype": ({"replacement_values": VALUES | {"new": 1.0}}, "new unknown"),
