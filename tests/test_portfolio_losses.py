@@ -67,6 +67,21 @@ def test_events_with_rates():
     np.testing.assert_allclose(found["return_period_loss"], [0, 60, 160, 160, 600], rtol=1e-12)
 
 
+@pytest.mark.parametrize(
+    ("scale", "unit", "largest"), [(1.0, "EUR", "600"), (1e5, "million EUR", "60"), (1e7, "billion EUR", "6")]
+)
+def test_figures_name_the_currency_and_the_unit_of_losses(scale, unit, largest):
+    values = {name: scale * value for name, value in VALUES.items()}
+    found = wd.portfolio_losses(shares(), RATIOS, values, event_rates=[0.02, 0.001, 0.004, 0.006])
+    axes = wd.plots.loss_exceedance(found, currency="EUR").axes[0]
+    assert axes.get_xlabel() == f"Loss [{unit}]"
+    assert axes.get_legend().get_texts()[0].get_text().endswith(" EUR")
+    assert axes.xaxis.get_major_formatter()(600 * scale, 0) == largest
+    assert "EUR" not in wd.plots.loss_exceedance(found).axes[0].get_xlabel()
+    with pytest.raises(TypeError, match="currency"):
+        wd.plots.loss_exceedance(found, currency=1.0)
+
+
 def test_rates_with_labels_go_by_these():
     rates = [0.02, 0.001, 0.004, 0.006]
     expected = wd.portfolio_losses(shares(), RATIOS, VALUES, event_rates=rates)
