@@ -26,7 +26,7 @@ WIDE = ("storey", "floor", "dof")  # dimensions that may be written as columns, 
 NEEDED = {".parquet": ("Parquet", "pyarrow", "17"), ".xlsx": ("Excel", "openpyxl", "3.1")}
 SHEET = (2**20, 2**14)  # largest number of rows and of columns in a sheet of Excel
 SHEET_NAME = "warpdyn"
-LARGEST_WHOLE = 10**15 - 1  # largest whole number of which a cell of Excel keeps all digits
+LARGEST_WHOLE = 10**15 - 1  # largest whole number whose digits a cell of Excel keeps
 MOST_SHOWN = 4  # largest number of variables that a message names
 
 

@@ -164,7 +164,7 @@ def _check_duplicates(identities: list[Identities]) -> None:
 
 
 def _remedy(twice: int, sizes: dict[int, int]) -> str:
-    """Return what to do about two runs of which `twice` samples are the same.
+    """Return what to do about two runs with `twice` samples in common.
 
     Args:
         twice: Number of samples that both runs contain.
