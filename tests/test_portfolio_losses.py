@@ -3,6 +3,7 @@
 import warnings
 
 import numpy as np
+import pandas as pd
 import pytest
 import xarray as xr
 from test_damage import LIMITS, made
@@ -65,6 +66,47 @@ def test_events_with_rates():
     )  # above the largest is none
     # Losses occur 0.031 times a year, above 60 0.011 times, above 160 0.001 times, above 600 never.
     np.testing.assert_allclose(found["return_period_loss"], [0, 60, 160, 160, 600], rtol=1e-12)
+
+
+@pytest.mark.parametrize("statistics", [False, True])
+def test_losses_of_a_run_know_its_measure_and_integrate_as_the_samples_do(statistics):
+    """The expected annual loss from single samples, summed by pandas and integrated by the trapezoidal rule."""
+    time = np.arange(0.0, 6.0, 0.02)
+    motions = [wd.GroundMotion(np.sin(f * time) * np.sin(0.5 * time), 0.02, f"{f} rad/s") for f in (7.0, 12.0, 20.0)]
+    law = {"law": "bilinear", "hardening_ratio": 0.02, "damping": "rayleigh", "damping_ratio": 0.05}
+    buildings = {
+        "light": wd.ShearBuilding(mass=1e5, stiffness=[3e7, 2e7], height=3.0, yield_force=2e5, **law),
+        "heavy": wd.ShearBuilding(mass=3e5, stiffness=[5e7], height=3.0, yield_force=4e5, **law),
+    }
+    strength = {"yield_force": wd.RandomFactor(wd.Lognormal(1.0, 0.3))}
+    portfolio = wd.Portfolio({name: wd.Archetype(each, 4, strength) for name, each in buildings.items()})
+    levels, measure = np.array([0.02, 0.1, 0.2, 0.4, 0.8]), wd.SpectralAcceleration(0.5)
+    scene = wd.Scene(portfolio, wd.Stripes(motions, levels, measure), recorders=("drift",))
+    limits = {name: {"slight": 0.005, "complete": 0.03} for name in buildings}
+    counts = wd.DamageCounts(limits, over=("archetype", "motion", "stripe"))
+    run = wd.simulate(scene, seed=1)
+    found = (
+        wd.damage_shares(wd.simulate(scene, seed=1, statistics=counts)) if statistics else wd.damage_shares(run, limits)
+    )
+    ratios = {"slight": 0.1, "complete": 1.0}
+    vulnerability = wd.portfolio_losses(found, ratios, VALUES)
+    with pytest.raises(ValueError, match=r"Sa\(0.5 s, 5 %\)"):
+        wd.expected_annual_loss(vulnerability, wd.HazardCurve([0.01, 2.0], [1.0, 1e-5], measure="SA(1.0)"))
+    hazard = wd.HazardCurve([0.01, 2.0], [1.0, 1e-5], measure="SA(0.5)")
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", UserWarning)  # the function still rises at its last level
+        annual = float(wd.expected_annual_loss(vulnerability, hazard, replacement_value=1300.0)["expected_annual_loss"])
+    drift = run["peak_storey_drift_ratio"].max("storey").values
+    ratio = np.select([drift > 0.03, drift > 0.005], [1.0, 0.1], 0.0)
+    value = np.array([VALUES[name] / 4 for name in run["archetype"].values])[run["archetype_index"].values]
+    loss = pd.Series(ratio * value).groupby(run["im_level"].values).sum() / len(motions)
+    level = np.geomspace(levels[0], 1e3, 400_001)
+    slope = np.log(1e-5) / np.log(200.0)
+    falls = -np.diff((level / 0.01) ** slope)
+    expected = np.sum(np.interp(np.sqrt(level[1:] * level[:-1]), levels, loss.values) * falls)
+    assert loss.iloc[0] == 0.0
+    assert 0 < loss.iloc[2] < loss.iloc[4]
+    assert annual == pytest.approx(expected, rel=1e-5)
 
 
 @pytest.mark.parametrize(
