@@ -107,7 +107,7 @@ class LumpedDynamics(Dynamics):
         inverse = _without_rounding(np.linalg.inv(mass))
         fixed = {name: structure.matrices.get(name, 0.0) for name in ("stiffness_matrix", "geometric_stiffness")}
         elastic = fixed["stiffness_matrix"] - fixed["geometric_stiffness"] + np.zeros_like(mass)
-        influence = np.broadcast_to(structure.influence, (count, *structure.influence.shape))
+        influence = structure.influences(parameters)
         drive = influence
         if structure.load_mass is not None:
             drive = inverse @ structure.load_masses(parameters) @ influence

@@ -22,7 +22,7 @@ from warpdyn.model.structures.builders.storey_springs import (
 from warpdyn.model.structures.lumped.biaxial_spring import BiaxialSpring
 from warpdyn.model.structures.lumped.matrices import Values
 from warpdyn.model.structures.lumped.spring import Spring
-from warpdyn.model.structures.lumped.structure import MOST_DOFS, LumpedStructure
+from warpdyn.model.structures.lumped.structure import FACTOR_OF_ZERO, MOST_DOFS, LumpedStructure
 from warpdyn.model.structures.lumped.torsion import torsional_matrices
 
 ECCENTRICITIES = ("eccentricity_x", "eccentricity_y")
@@ -197,9 +197,11 @@ class TorsionalBuilding(LumpedStructure):
         )
 
     def scatter_problem(self, name: str, *, is_common_factor: bool) -> str | None:
-        """Return why the masses of one floor would contradict each other; None for other parameters."""
+        """Return why the masses of one floor would contradict each other, or a factor has no effect; else None."""
+        if name in ECCENTRICITIES and is_common_factor:
+            return FACTOR_OF_ZERO.format(name, "-1.0, 1.0")
         if name != "mass" or is_common_factor:
-            return None
+            return super().scatter_problem(name, is_common_factor=is_common_factor)
         return (
             "the masses of a floor in x and y are equal, and its moment of inertia follows from them: give "
             "RandomFactor(..., per='building'), which multiplies all of them"

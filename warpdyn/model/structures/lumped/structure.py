@@ -18,7 +18,7 @@ from warpdyn.foundations.core.near_misses import with_suggestions
 from warpdyn.model.structures.damping import DAMPING_RATIO
 from warpdyn.model.structures.lumped.biaxial_spring import BiaxialSpring, Component
 from warpdyn.model.structures.lumped.damping import checked_damping
-from warpdyn.model.structures.lumped.matrices import OF_DOFS, LumpedMatrices, of_springs_only, undamped
+from warpdyn.model.structures.lumped.matrices import INCIDENCE, OF_DOFS, LumpedMatrices, of_springs_only, undamped
 from warpdyn.model.structures.lumped.names import (
     check_dissipates,
     check_known,
@@ -34,7 +34,8 @@ MOST_DOFS, MOST_SPRINGS = 64, 128
 LEAST_OF_STIFFNESS = 1e-13  # least squared frequency of a structure that cannot move freely, over the highest one
 LEAST_OF_MASS = 1e-12  # least eigenvalue of the mass matrix, scaled to a diagonal of ones
 PAIR = 2  # components of a biaxial spring
-OF_STRUCTURE = ("damping_ratio",)
+OF_STRUCTURE = ("damping_ratio", INCIDENCE)
+FACTOR_OF_ZERO = "the nominal value of {} is 0, which a factor does not change: give wd.RandomValue(wd.Uniform({}))"
 MATRICES = {  # with their units
     "mass_matrix": "kg",
     "stiffness_matrix": "N/m",
@@ -49,6 +50,10 @@ class LumpedStructure(LumpedMatrices, Structure):
 
     M q'' + C q' + spring forces + (K - K_geometric) q = -M_load I a(t), with the influence matrix I and the base
     accelerations a(t). Displacements q are relative to the base.
+
+    A structure with two or more influence vectors has the parameter `incidence_angle` [rad], which `scatter` can
+    make random: `{"incidence_angle": wd.RandomValue(wd.Uniform(0.0, 2 * np.pi))}`. It turns the structure anticlockwise
+    below the first two components of the motion, as `PairOfMotions.turned` does. Its nominal value is 0.
 
     Args:
         mass: Mass of each degree of freedom, {name: mass}: [kg] for a translation, [kg m2] for a rotation.
@@ -153,6 +158,8 @@ class LumpedStructure(LumpedMatrices, Structure):
         arrays = {"mass": np.array(list(masses.values())), **_spring_values(self.springs)}
         if damping_ratio is not None:
             arrays["damping_ratio"] = np.array(real_number("damping_ratio", damping_ratio))
+        if self.components > 1 and not self.is_vehicle:
+            arrays[INCIDENCE] = np.array(0.0)
         self.parameter_table: Mapping[str, Parameter] = FrozenMapping(_table_of(self.storey_law, arrays))
         for name in OF_STRUCTURE:
             problem = name in arrays and self.parameter_table[name].first_violation(name, arrays[name], ())
@@ -181,6 +188,10 @@ class LumpedStructure(LumpedMatrices, Structure):
         """Return a sentence on a wrong mass, a free motion or wrong parameters of springs; None if all are right."""
         problem = self._mass_problem(values) or self._stiffness_problem(values)
         return problem or self._pair_problem(values) or self.storey_law.problem(of_springs_only(values))
+
+    def scatter_problem(self, name: str, *, is_common_factor: bool) -> str | None:
+        """Return why a factor cannot change the angle of incidence; None for other parameters."""
+        return FACTOR_OF_ZERO.format(name, "0, 2 * np.pi") if is_common_factor and name == INCIDENCE else None
 
     def _pair_problem(self, values: Mapping[str, np.ndarray]) -> str | None:
         """Return a sentence on a parameter with different values in the components of a biaxial spring, or None."""
@@ -377,6 +388,7 @@ def _table_of(law: BuildingLaw, arrays: Mapping[str, np.ndarray]) -> dict[str, P
         "damping_coefficient": Parameter("N s m-1", "coefficient of the spring's dashpot", low=0.0),
         "deformation_capacity": Parameter("m", "deformation of the spring at collapse", low=0.0, low_open=True),
         "damping_ratio": DAMPING_RATIO,
+        INCIDENCE: Parameter("rad", "angle from the first component of the motion to the x axis of the structure"),
     }
     of_laws = {
         name: replace(each, long_name=each.long_name.replace("storey", "spring"))
