@@ -82,6 +82,7 @@ class LumpedDynamics(Dynamics):
             has_dashpots=is_damped,
             pairs=structure.pairs,
             biaxial_law=self.biaxial_law,
+            resultants=structure.resultants,
             **tables,
         )
 

@@ -1,4 +1,7 @@
-"""The largest value of every output of a lumped structure: a linear combination of its displacements."""
+"""The largest value of every output of a lumped structure: a linear combination of its displacements, or a resultant.
+
+A resultant is the square root of the sum of the squares of several linear combinations at each time.
+"""
 
 from warpdyn.foundations.core.output_variables import Variable
 
@@ -15,7 +18,7 @@ def wanted(plan):
 
 
 def values_held(plan):
-    return plan.length("output")
+    return len(plan.pattern.output.rows)
 
 
 def names(plan):
@@ -29,15 +32,29 @@ def names(plan):
     text = products(
         pattern.output,
         "terms",
-        lambda dof: f"us[{dof}, j]",
+        lambda dof: f"u[{dof}, j]",
         lambda place: f"present_output[{place}, j]",
         first=first_places(pattern)["output"],
     )
+    rows = max(1, len(pattern.output.rows))
     return {
         "OUTPUTS": count,
         "PRESENT_OUTPUTS": text or "pass",
-        "output_rows": wp.types.matrix(shape=(max(1, count), plan.lanes), dtype=DTYPES[plan.dtype]),
+        "RESULTANTS": resultants(pattern) or "pass",
+        "output_rows": wp.types.matrix(shape=(rows, plan.lanes), dtype=DTYPES[plan.dtype]),
     }
+
+
+def resultants(pattern):
+    """Return statements that replace the first row of each resultant by the root of the sum of all squares."""
+    lines = []
+    for place, others in enumerate(pattern.resultants):
+        if others:
+            squares = [f"present_output[{row}, j] * present_output[{row}, j]" for row in (place, *others)]
+            lines.append(f"present_output[{place}, j] = {squares[0]}")
+            lines += [f"present_output[{place}, j] += {square}" for square in squares[1:]]
+            lines.append(f"present_output[{place}, j] = wp.sqrt(present_output[{place}, j])")
+    return "\n    ".join(["for j in range(LANES):", *lines]) if lines else ""
 
 
 def declare():
@@ -47,6 +64,7 @@ def declare():
 
 def see_state():
     PRESENT_OUTPUTS
+    RESULTANTS
     for j in range(LANES):
         for m in range(OUTPUTS):
             size = wp.abs(present_output[m, j])

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from warpdyn.engine.laws import Parameter
 from warpdyn.engine.laws.law import Law
-from warpdyn.foundations.core.checks import checked_text, finite_numbers, one_of, real_number, shortened
+from warpdyn.foundations.core.checks import checked_text, finite_numbers, one_of, real_number, shortened, true_or_false
 from warpdyn.foundations.core.frozen_values import FrozenMapping
 from warpdyn.foundations.core.near_misses import with_suggestions
 from warpdyn.model.structures.builders.storey_springs import (
@@ -92,7 +92,8 @@ class TorsionalBuilding(LumpedStructure):
     storey is the displacement of its point along its direction, less that of the floor below.
 
     Outputs are the storey drifts of the edges of the plan: "x1 at y=-6" is the drift in x of storey 1 at the edge (and
-    both corners) y = -6 m.
+    both corners) y = -6 m. With `corner_drifts=True` the outputs include the resultant drifts of the corners, the square
+    root of the sum of the squares (SRSS) of the drifts in x and y at each time: "1 at x=-10, y=-6" is that of storey 1.
 
     The parameters `eccentricity_x` and `eccentricity_y` [m] move the centres of mass of all floors; their value is 0,
     and `scatter` can make them random: `{"eccentricity_x": wd.RandomValue(wd.Uniform(-1.0, 1.0))}`.
@@ -109,6 +110,7 @@ class TorsionalBuilding(LumpedStructure):
         gravity_load: Vertical load of each floor [N], shape [floor], or "weight" for the weight of the floor masses;
             None: no P-Delta. The load of a floor has the distribution in plan of its mass without
             `eccentricity_x` and `eccentricity_y`.
+        corner_drifts: Whether the outputs include the resultant drift of each corner in each storey.
         damping: Inherent damping, as for a LumpedStructure: "none", "rayleigh", "mass_proportional",
             "stiffness_proportional" or "modal".
         damping_ratio: Viscous damping ratio [1].
@@ -151,6 +153,7 @@ class TorsionalBuilding(LumpedStructure):
         base_motion: str = "xy",
         storey_height: ArrayLike | None = None,
         gravity_load: ArrayLike | str | None = None,
+        corner_drifts: bool = False,
         damping: str = "none",
         damping_ratio: float | None = None,
         damping_modes: tuple[int, int] | None = None,
@@ -180,6 +183,9 @@ class TorsionalBuilding(LumpedStructure):
             directions = [_as_coefficients(row, names) for row in rows]
             of_frame = [f"{frame.name} {storey + 1}" for storey in range(floors)]
             springs += storey_springs(where, of_frame, directions, stiffness, frame.law, frame.parameters)
+        outputs: dict[str, Any] = _edge_drifts(ends, floors)
+        if true_or_false("corner_drifts", corner_drifts):
+            outputs |= _corner_drifts(outputs, ends, floors)
         of_centre = matrices.mass.diagonal().copy()
         of_centre[2::3] -= masses * (centres**2).sum(axis=1)
         self._set_up(
@@ -190,7 +196,7 @@ class TorsionalBuilding(LumpedStructure):
             influence=[_as_coefficients(matrices.influence[:, each], names) for each in BASE_MOTIONS[base_motion]],
             geometric_stiffness=_geometric_stiffness(matrices.mass, masses, storey_height, gravity_load),
             damping_matrix=damping_matrix,
-            outputs=_edge_drifts(ends, floors),
+            outputs=outputs,
             damping=damping,
             damping_ratio=damping_ratio,
             damping_modes=damping_modes,
@@ -314,6 +320,16 @@ def _edge_drifts(plan: np.ndarray, floors: int) -> dict[str, Mapping[str, float]
                     row |= {f"u{axis}{floor - 1}": -1.0, f"theta{floor - 1}": -sign * place}
                 found[f"{axis}{floor} at {across}={place:g}"] = row
     return found
+
+
+def _corner_drifts(of_edges: Mapping[str, Mapping[str, float]], plan: np.ndarray, floors: int) -> dict[str, list]:
+    """Return the resultant storey drifts of the corners, {name: [coefficients in x, coefficients in y]}."""
+    return {
+        f"{storey} at x={x:g}, y={y:g}": [of_edges[f"x{storey} at y={y:g}"], of_edges[f"y{storey} at x={x:g}"]]
+        for storey in range(1, floors + 1)
+        for x in plan[0]
+        for y in plan[1]
+    }
 
 
 def _geometric_stiffness(

@@ -8,7 +8,7 @@ import numpy as np
 
 from warpdyn.model.structures.lumped.biaxial_spring import Component
 from warpdyn.model.structures.lumped.damping import rayleigh_factors
-from warpdyn.model.structures.lumped.names import row_of
+from warpdyn.model.structures.lumped.names import Rows, row_of
 from warpdyn.model.structures.lumped.spring import Spring
 
 Values = Mapping[str, np.ndarray]
@@ -25,7 +25,7 @@ class LumpedMatrices:
     load_mass: np.ndarray | None
     parameters: Mapping[str, np.ndarray]
     influence: np.ndarray
-    outputs: Mapping[str, Mapping[str, float]]
+    outputs: Mapping[str, Rows]
     damping: str
     damping_modes: tuple[int, int] | None
 
@@ -36,9 +36,20 @@ class LumpedMatrices:
 
     @property
     def output_rows(self) -> np.ndarray:
-        """Coefficients of the outputs, shape [output, dof]."""
-        rows: Sequence[np.ndarray] = [row_of(row, self.dof_names) for row in self.outputs.values()]
+        """Coefficients of the outputs, shape [row, dof]: the first rows of all outputs, then the others."""
+        given = list(self.outputs.values())
+        ordered = [rows[0] for rows in given] + [row for rows in given for row in rows[1:]]
+        rows: Sequence[np.ndarray] = [row_of(row, self.dof_names) for row in ordered]
         return np.stack(rows) if rows else np.zeros((0, len(self.dof_names)))
+
+    @property
+    def resultants(self) -> tuple[tuple[int, ...], ...]:
+        """For each output the places of its rows in `output_rows` after the first one; () for an ordinary output."""
+        found, place = [], len(self.outputs)
+        for rows in self.outputs.values():
+            found.append(tuple(range(place, place + len(rows) - 1)))
+            place += len(rows) - 1
+        return tuple(found)
 
     def mass_matrices(self, values: Values) -> np.ndarray:
         """Return the mass matrices [kg], shape [structure, dof, dof]."""

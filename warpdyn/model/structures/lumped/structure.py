@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from warpdyn.engine.laws import Parameter
 from warpdyn.engine.laws.building_law import BuildingLaw
-from warpdyn.foundations.core.checks import checked_text, real_number, shortened
+from warpdyn.foundations.core.checks import real_number, shortened
 from warpdyn.foundations.core.frozen_values import FrozenMapping
 from warpdyn.foundations.core.near_misses import with_suggestions
 from warpdyn.model.structures.damping import DAMPING_RATIO
@@ -20,11 +20,13 @@ from warpdyn.model.structures.lumped.biaxial_spring import BiaxialSpring, Compon
 from warpdyn.model.structures.lumped.damping import checked_damping
 from warpdyn.model.structures.lumped.matrices import INCIDENCE, OF_DOFS, LumpedMatrices, of_springs_only, undamped
 from warpdyn.model.structures.lumped.names import (
+    as_given,
     check_dissipates,
     check_known,
     checked_coefficients,
     checked_influence,
     checked_matrix,
+    checked_outputs,
 )
 from warpdyn.model.structures.lumped.spring import Spring
 from warpdyn.model.structures.modal import modal_properties
@@ -69,7 +71,9 @@ class LumpedStructure(LumpedMatrices, Structure):
         damping_matrix: Viscous damping in addition to `damping` [N s/m], symmetric, shape [dof, dof].
         geometric_stiffness: Stiffness that gravity takes away [N/m], symmetric, shape [dof, dof].
         outputs: Outputs as linear combinations of the displacements [m], or of displacements times a stiffness [N],
-            {name: {degree of freedom: coefficient}}.
+            {name: {degree of freedom: coefficient}}. A list of such dictionaries, {name: [{...}, {...}]}, is a resultant:
+            the square root of the sum of the squares (SRSS) of these combinations at each time, such as the
+            displacement in plan from those in x and y.
         damping: Inherent damping:
             "none";
             "rayleigh" (`damping_ratio` in the two modes `damping_modes`; in proportion to mass and initial stiffness
@@ -121,7 +125,7 @@ class LumpedStructure(LumpedMatrices, Structure):
         stiffness_matrix: ArrayLike | None = None,
         damping_matrix: ArrayLike | None = None,
         geometric_stiffness: ArrayLike | None = None,
-        outputs: Mapping[str, Mapping[str, float]] | None = None,
+        outputs: Mapping[str, Mapping[str, float] | Sequence[Mapping[str, float]]] | None = None,
         damping: str = "none",
         damping_ratio: float | None = None,
         damping_modes: tuple[int, int] | None = None,
@@ -135,7 +139,7 @@ class LumpedStructure(LumpedMatrices, Structure):
         self.pairs = sum(isinstance(each, BiaxialSpring) for each in springs)
         directions = [spring.direction for spring in self.springs]
         self.influence = checked_influence(influence, self.dof_names, directions)
-        self.outputs = self._outputs(outputs)
+        self.outputs = checked_outputs(outputs, self.dof_names)
         given = dict(zip(MATRICES, (mass_matrix, stiffness_matrix, damping_matrix, geometric_stiffness), strict=True))
         self.matrices: Mapping[str, np.ndarray] = FrozenMapping(
             {
@@ -168,21 +172,6 @@ class LumpedStructure(LumpedMatrices, Structure):
         self.parameters: Mapping[str, np.ndarray] = FrozenMapping(arrays)
         if problem := self.problem(self.parameters):
             raise ValueError(problem)
-
-    def _outputs(self, given: object) -> Mapping[str, Mapping[str, float]]:
-        """Return the outputs, checked."""
-        if given is None:
-            return FrozenMapping({})
-        if not isinstance(given, Mapping):
-            raise TypeError(f"outputs must be a dictionary, such as {{'corner': {{'x': 1.0}}}}, got {shortened(given)}")
-        found = {}
-        for name, row in given.items():
-            what = f"output {checked_text('outputs: a name', name)!r}"
-            found[name] = checked_coefficients(what, row)
-            check_known(what, found[name], self.dof_names)
-            if not any(found[name].values()):
-                raise ValueError(f"{what} depends on no degree of freedom: give a coefficient other than 0")
-        return FrozenMapping(found)
 
     def problem(self, values: Mapping[str, np.ndarray]) -> str | None:
         """Return a sentence on a wrong mass, a free motion or wrong parameters of springs; None if all are right."""
@@ -300,7 +289,7 @@ class LumpedStructure(LumpedMatrices, Structure):
             "damping": self.damping,
         }
         found |= {"damping_modes": list(self.damping_modes)} if self.damping_modes else {}
-        found |= {"outputs": {name: dict(row) for name, row in self.outputs.items()}} if self.outputs else {}
+        found |= {"outputs": as_given(self.outputs)} if self.outputs else {}
         found |= {name: matrix.tolist() for name, matrix in self.matrices.items()}
         found |= {} if self.load_mass is None else {"load_mass": self.load_mass.tolist()}
         return found | ({"written_laws": texts} if (texts := self.storey_law.written) else {})
