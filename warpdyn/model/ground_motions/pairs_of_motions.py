@@ -24,7 +24,8 @@ class PairOfMotions:
 
     The components of base motion of a LumpedStructure are, in this order, `x`, `y` and `vertical`; a scale factor
     multiplies all of them. In a design, a measure of one component, such as the peak ground acceleration, becomes the
-    geometric mean of `x` and `y`.
+    geometric mean of `x` and `y`; `LargerComponent` and `RotatedSpectralAcceleration` (RotD50, RotD100) are other
+    measures of pairs. A random angle of incidence is the parameter `incidence_angle` of the structure.
 
     Args:
         x: Component along the first influence vector of the structure.

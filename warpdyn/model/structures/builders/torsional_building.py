@@ -92,8 +92,9 @@ class TorsionalBuilding(LumpedStructure):
     storey is the displacement of its point along its direction, less that of the floor below.
 
     Outputs are the storey drifts of the edges of the plan: "x1 at y=-6" is the drift in x of storey 1 at the edge (and
-    both corners) y = -6 m. With `corner_drifts=True` the outputs include the resultant drifts of the corners, the square
-    root of the sum of the squares (SRSS) of the drifts in x and y at each time: "1 at x=-10, y=-6" is that of storey 1.
+    both corners) y = -6 m. With `corner_drifts=True` the outputs include the resultant drifts of the corners, i.e. the
+    square root of the sum of the squares (SRSS) of the drifts in x and y at each time: "1 at x=-10, y=-6" is that of
+    storey 1.
 
     The parameters `eccentricity_x` and `eccentricity_y` [m] move the centres of mass of all floors; their value is 0,
     and `scatter` can make them random: `{"eccentricity_x": wd.RandomValue(wd.Uniform(-1.0, 1.0))}`.

@@ -58,9 +58,7 @@ def checked_outputs(given: object, dofs: Sequence[str]) -> Mapping[str, Rows]:
 
 def as_given(outputs: Mapping[str, Rows]) -> dict[str, dict[str, float] | list[dict[str, float]]]:
     """Return outputs as arguments: a dictionary for each linear combination, and a list for each resultant."""
-    return {
-        name: dict(rows[0]) if len(rows) == 1 else [dict(row) for row in rows] for name, rows in outputs.items()
-    }
+    return {name: dict(rows[0]) if len(rows) == 1 else [dict(row) for row in rows] for name, rows in outputs.items()}
 
 
 def row_of(given: Mapping[str, float], dofs: Sequence[str]) -> np.ndarray:

@@ -71,8 +71,8 @@ class LumpedStructure(LumpedMatrices, Structure):
         damping_matrix: Viscous damping in addition to `damping` [N s/m], symmetric, shape [dof, dof].
         geometric_stiffness: Stiffness that gravity takes away [N/m], symmetric, shape [dof, dof].
         outputs: Outputs as linear combinations of the displacements [m], or of displacements times a stiffness [N],
-            {name: {degree of freedom: coefficient}}. A list of such dictionaries, {name: [{...}, {...}]}, is a resultant:
-            the square root of the sum of the squares (SRSS) of these combinations at each time, such as the
+            {name: {degree of freedom: coefficient}}. A list of such dictionaries, {name: [{...}, {...}]}, is a
+            resultant: the square root of the sum of the squares (SRSS) of these combinations at each time, such as the
             displacement in plan from those in x and y.
         damping: Inherent damping:
             "none";
