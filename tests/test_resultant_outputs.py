@@ -95,3 +95,16 @@ def test_wrong_resultants_are_refused(outputs, message):
         three_dofs(outputs=outputs)
     with pytest.raises((TypeError, ValueError), match="corner_drifts"):
         building(corner_drifts="yes")
+
+
+def test_histories_of_a_structure_that_collapses_end_there():
+    frames = [wd.PlanFrame(f.name, f.position, f.direction, f.stiffness, law="bilinear", yield_force=1e5,
+                           hardening_ratio=0.02, deformation_capacity=0.02) for f in FRAMES]  # fmt: skip
+    weak = wd.TorsionalBuilding([1.5e5, 1.2e5], PLAN, frames, damping="rayleigh", damping_ratio=0.05)
+    run = wd.simulate(wd.Scene(weak, PAIR), histories=wd.Histories(), **SETTINGS)
+    assert run["status"].item() == 1
+    spring, end = run["spring_of_collapse"].item(), run["time_of_collapse"].item()
+    history = run["spring_deformation"][0, :, spring]
+    known = history.dropna("time")
+    assert 0 < end <= known["time"].max() < end + 0.0051
+    assert abs(known[-1]) > 0.02 > np.abs(known[:-1]).max()
