@@ -255,7 +255,7 @@ PROBLEMS = [
             *(Row(f"peak u{axis} at {angle:g}°", "m") for angle in truth.ANGLES for axis in "xy"),
             Row("peak resultant (SRSS at each time)", "m"),
         ],
-        ("plan", {}),
+        ("incidence", {}),
         truth.angles,
         angles,
         1e-7,
