@@ -13,14 +13,10 @@ from warpdyn.engine.laws.law import Law
 from warpdyn.foundations.core.checks import checked_text, finite_numbers, one_of, real_number, shortened, true_or_false
 from warpdyn.foundations.core.frozen_values import FrozenMapping
 from warpdyn.foundations.core.near_misses import with_suggestions
-from warpdyn.model.structures.builders.storey_springs import (
-    axial_forces,
-    floor_masses,
-    storey_springs,
-    storey_values,
-)
+from warpdyn.model.structures.builders.storey_springs import axial_forces, storey_springs
 from warpdyn.model.structures.lumped.biaxial_spring import BiaxialSpring
 from warpdyn.model.structures.lumped.matrices import Values
+from warpdyn.model.structures.lumped.places.storey_values import floor_masses, storey_values
 from warpdyn.model.structures.lumped.spring import Spring
 from warpdyn.model.structures.lumped.structure import FACTOR_OF_ZERO, MOST_DOFS, LumpedStructure
 from warpdyn.model.structures.lumped.torsion import torsional_matrices
@@ -198,6 +194,7 @@ class TorsionalBuilding(LumpedStructure):
             geometric_stiffness=_geometric_stiffness(matrices.mass, masses, storey_height, gravity_load),
             damping_matrix=damping_matrix,
             outputs=outputs,
+            output_units=dict.fromkeys(outputs, "m"),
             damping=damping,
             damping_ratio=damping_ratio,
             damping_modes=damping_modes,
