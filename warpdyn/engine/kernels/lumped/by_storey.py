@@ -130,7 +130,7 @@ def _texts(storeys, components, displacement, velocity):
         "STOREY_OUTPUTS": statements(
             storeys.output,
             lambda row: f"present_output[floor * {outputs} + {row}, j]",
-            moved(displacement, "relative_u", "lower_u"),
+            moved("u", "relative_u", "lower_u"),
             value,
         ),
     }
