@@ -135,7 +135,7 @@ def damage_shares(
         "damage_limit": variable(of_state, limits_of_states, above),
         "failed_samples": variable((), found.failed_samples, "samples that failed"),
     }
-    coordinates = {
+    coordinates: dict[str, tuple] = {
         "archetype": ("archetype", names, {"long_name": "name of the archetype"}),
         "damage_state": ("damage_state", np.array(states), {"long_name": "damage state"}),
     }

@@ -136,7 +136,7 @@ def _with_vulnerability(losses: xr.Dataset, shares: xr.Dataset, along: str) -> x
     each = losses["loss_ratio"]
     mean = each.mean(along)
     of_ratios = ((losses["loss_deviation"] / losses["replacement_value"].sum()) ** 2).mean(along)
-    spread = np.sqrt((each.var(along, ddof=1) if each.sizes[along] > 1 else np.nan * mean) + of_ratios)
+    spread = ((each.var(along, ddof=1) if each.sizes[along] > 1 else np.nan * mean) + of_ratios) ** 0.5
     variation = (spread / mean).where(mean > 0)
     functions = {
         "mean_loss_ratio": variable("intensity", mean.values, "mean loss ratio of the portfolio"),

@@ -243,6 +243,26 @@ def leave_floor():
         lower_v[k, j] = vs[floor * WIDTH + k, j]
 
 
+# The same for accepted states: recorders see them after the displacements of the next stage are computed.
+def find_accepted_floor():
+    for j in range(LANES):
+        for k in range(WIDTH):
+            if THREADS > 1:
+                lower_u[k, j] = from_thread(u[(FLOORS - 1) * WIDTH + k, j], thread_below)
+            else:
+                lower_u[k, j] = dtype(0.0)
+
+
+def compare_accepted_floors():
+    for k in range(WIDTH):
+        relative_u[k, j] = u[floor * WIDTH + k, j] - lower_u[k, j]
+
+
+def leave_accepted_floor():
+    for k in range(WIDTH):
+        lower_u[k, j] = u[floor * WIDTH + k, j]
+
+
 def walk_storeys():
     slot("find_lower_floor")
     for floor in range(FLOORS):

@@ -71,19 +71,13 @@ def declare():
 
 
 def see_state():
-    if BY_STOREY:  # from the accepted state: the displacements of the next stage are already computed
-        for j in range(LANES):
-            for k in range(WIDTH):
-                lower_u[k, j] = dtype(0.0)
-                if THREADS > 1:
-                    lower_u[k, j] = from_thread(u[(FLOORS - 1) * WIDTH + k, j], thread_below)
+    if BY_STOREY:
+        slot("find_accepted_floor")
         for floor in range(FLOORS):
             for j in range(LANES):
-                for k in range(WIDTH):
-                    relative_u[k, j] = u[floor * WIDTH + k, j] - lower_u[k, j]
+                slot("compare_accepted_floors")
                 STOREY_OUTPUTS
-                for k in range(WIDTH):
-                    lower_u[k, j] = u[floor * WIDTH + k, j]
+                slot("leave_accepted_floor")
     else:
         PRESENT_OUTPUTS
         RESULTANTS
