@@ -16,7 +16,7 @@ from warpdyn.engine.methods.table import METHODS, fitting_methods
 FAMILIES = {
     "runge_kutta": ("heun", "midpoint", "kutta3", "ssprk3", "rk4", "three_eighths", "dormand_prince5"),
     "adaptive": ("dormand_prince54",),
-    "nystroem_and_verlet": ("stoermer", "velocity_verlet", "nystroem4", "central_difference_lagged"),
+    "nystroem_and_verlet": ("stoermer", "leapfrog", "velocity_verlet", "nystroem4", "central_difference_lagged"),
     "implicit": (
         "central_difference",
         "newmark_average",

@@ -77,9 +77,9 @@ def numbers(values: Sequence[int]) -> Any:
 
 @functools.cache
 def _function_of(values: tuple[int, ...]) -> Any:
-    listed = ", ".join(map(str, values or (0,)))
+    text = ", ".join(map(str, values or (0,)))
 
-    @wp.func_native(f"static const int numbers[] = {{{listed}}};\nreturn numbers[index];")
+    @wp.func_native(f"static const int numbers[] = {{{text}}};\nreturn numbers[index];")
     def number_at(index: wp.int32) -> wp.int32: ...
 
     return number_at
