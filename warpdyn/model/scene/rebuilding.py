@@ -205,7 +205,8 @@ class Rebuilding:
         masses = dict(zip(names, mass, strict=True))
         if not is_torsional:
             structure = LumpedStructure(masses, springs, influence=influence, **chosen)
-            structure.is_vehicle = bool(told.get("is_vehicle", False))
+            if told.get("is_vehicle"):  # an attribute of the object would change the fingerprint of other structures
+                structure.is_vehicle = True
             return structure
         _check_keys(told, where, (), ("plan", "mass_centres"))
         chosen |= {name: self._numbers(told[name], f"{where}.{name}") for name in ("plan", "mass_centres")}
