@@ -15,8 +15,8 @@ from warpdyn.foundations.core.near_misses import did_you_mean, with_suggestions
 from warpdyn.model.scene.distributions import Distribution
 from warpdyn.model.structures.structure import Structure
 
-# A draw applies to all storeys (springs, degrees of freedom) of a structure, or to one of them.
-PER = ("building", "storey", "spring", "dof")
+# A draw applies to all storeys (springs, degrees of freedom, members) of a structure, or to one of them.
+PER = ("building", "storey", "spring", "dof", "member")
 
 
 class ParameterScatter(ABC):
@@ -100,7 +100,7 @@ class RandomFactor(RandomScatter):
     Args:
         distribution: Distribution of the factor [1]: Normal, Lognormal or Uniform.
         per: "building" (one draw for all storeys, springs or degrees of freedom), "storey" (one draw per storey) or,
-            of a LumpedStructure, "spring" or "dof".
+            of a LumpedStructure, "spring" or "dof", or of a reduced Frame "member".
         storey_correlation: Correlation between the draws of two storeys [1], 0 to 1; needs `per="storey"`.
 
     Raises:
@@ -127,7 +127,7 @@ class RandomValue(RandomScatter):
     Args:
         distribution: Distribution of the value, in the parameter's units: Normal, Lognormal or Uniform.
         per: "building" (one draw for all storeys, springs or degrees of freedom), "storey" (one draw per storey) or,
-            of a LumpedStructure, "spring" or "dof".
+            of a LumpedStructure, "spring" or "dof", or of a reduced Frame "member".
         storey_correlation: Correlation between the draws of two storeys [1], 0 to 1; needs `per="storey"`.
 
     Raises:

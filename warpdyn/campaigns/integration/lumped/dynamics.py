@@ -105,8 +105,8 @@ class LumpedDynamics(Dynamics):
         structure, count = self.structure, len(parameters["mass"])
         mass = structure.mass_matrices(parameters)
         inverse = _without_rounding(np.linalg.inv(mass))
-        fixed = {name: structure.matrices.get(name, 0.0) for name in ("stiffness_matrix", "geometric_stiffness")}
-        elastic = fixed["stiffness_matrix"] - fixed["geometric_stiffness"] + np.zeros_like(mass)
+        elastic = structure.elastic_matrices(parameters) - structure.geometric_matrices(parameters)
+        outputs = structure.output_matrices(parameters)
         influence = np.broadcast_to(structure.influence, (count, *structure.influence.shape))
         drive = influence
         if structure.load_mass is not None:
@@ -115,13 +115,13 @@ class LumpedDynamics(Dynamics):
         return {
             "deformation": np.broadcast_to(structure.directions, (count, *structure.directions.shape)),
             "inverse_mass": inverse,
-            "stiffness": elastic,
+            "stiffness": elastic + np.zeros_like(mass),
             "damping": structure.damping_between_dofs(parameters, rayleigh),
             "drive": drive,
             "unmoved": influence - drive,
             "mass": mass,
             "pull": structure.load_masses(parameters) @ influence,
-            "output": np.broadcast_to(structure.output_rows, (count, *structure.output_rows.shape)),
+            "output": np.broadcast_to(outputs, (count, *outputs.shape[1:])),
         }
 
     def _vibration(self, parameters: Arrays, method: Method) -> tuple[np.ndarray, ...]:
