@@ -14,7 +14,6 @@ import numpy as np
 
 ROTATIONS = [2, 5]  # places of the rotations among the local degrees of freedom
 TRANSLATIONS = [0, 1, 3, 4]
-BENDING = [1, 2, 4, 5]
 
 
 @dataclass(frozen=True)
@@ -81,10 +80,10 @@ def local_axes(start: np.ndarray, end: np.ndarray, offsets: np.ndarray) -> tuple
 
 
 def beam_stiffness(geometry: Geometry, sections: Sections) -> np.ndarray:
-    """Return the stiffness matrices of members without releases in local axes (Timoshenko; Euler-Bernoulli if shear=0)."""
+    """Return the stiffness matrices of members without releases in local axes (Timoshenko)."""
     length = geometry.length
     axial = sections.modulus * sections.area / length
-    phi = 12 * sections.inertia * geometry.shear / length**2
+    phi = shear_ratio(geometry, sections)
     bending = np.where(geometry.is_bar, 0.0, sections.modulus * sections.inertia / ((1 + phi) * length**3))
     found = np.zeros((*axial.shape, 6, 6))
     found[..., 0, 0] = found[..., 3, 3] = axial
@@ -94,28 +93,38 @@ def beam_stiffness(geometry: Geometry, sections: Sections) -> np.ndarray:
     return found
 
 
-def geometric_stiffness_of(geometry: Geometry, kind: str) -> np.ndarray:
-    """Return the geometric stiffness matrices for a tension of 1 N in local axes, shape [member, 6, 6].
+def shear_ratio(geometry: Geometry, sections: Sections) -> np.ndarray:
+    """Return phi = 12 E I / (G A_s L^2) [1], 0 without shear deformation, shape [..., member]."""
+    found: np.ndarray = 12 * sections.inertia * geometry.shear / geometry.length**2
+    return found
+
+
+def geometric_stiffness_of(geometry: Geometry, kind: str, phi: np.ndarray) -> np.ndarray:
+    """Return the geometric stiffness matrices for a tension of 1 N in local axes, shape [..., member, 6, 6].
 
     Args:
         geometry: The members.
         kind: "string" (P-Delta) or "consistent" (P-Delta and the curvature of members, P-delta); bars are strings.
+        phi: Ratio of shear deformation, see `shear_ratio`.
     """
     length = geometry.length
-    found = np.zeros((len(length), 6, 6))
-    string = geometry.is_bar | (kind == "string")
-    first = np.where(string, 1 / length, 36 / (30 * length))
-    _fill(found, first, 1.0, 0.0, 0.0, 0.0)
-    curved = np.where(string, 0.0, 1 / (30 * length))
-    bent = np.zeros_like(found)
-    _fill(bent, curved, 0.0, 3 * length, 4 * length**2, -(length**2))
-    return found + bent
+    found, curved = (np.zeros((*phi.shape, 6, 6)) for _ in range(2))
+    _fill(found, 1 / length, 1.0, 0.0, 0.0, 0.0)
+    _fill(
+        curved,
+        1 / (length * (1 + phi) ** 2),
+        6 / 5 + 2 * phi + phi**2,
+        length / 10,
+        length**2 * (2 / 15 + phi / 6 + phi**2 / 12),
+        -(length**2) * (1 / 30 + phi / 6 + phi**2 / 12),
+    )
+    return np.where((geometry.is_bar | (kind == "string"))[:, None, None], found, curved)
 
 
 def _fill(
     found: np.ndarray,
     factor: np.ndarray,
-    transverse: float,
+    transverse: np.ndarray | float,
     coupling: np.ndarray | float,
     near: np.ndarray | float,
     far: np.ndarray | float,
@@ -130,33 +139,46 @@ def _fill(
     found[..., 2, 5] = found[..., 5, 2] = factor * far
 
 
-def mass_of(geometry: Geometry, kind: str) -> np.ndarray:
-    """Return the mass matrices in local axes, shape [member, 6, 6]; `kind`: "lumped" or "consistent"."""
+def mass_of(geometry: Geometry, kind: str, phi: np.ndarray) -> np.ndarray:
+    """Return the mass matrices in local axes without rotary inertia, shape [..., member, 6, 6].
+
+    Args:
+        geometry: The members.
+        kind: "lumped" or "consistent" (with the shapes of Timoshenko beams).
+        phi: Ratio of shear deformation, see `shear_ratio`.
+    """
     length, total = geometry.length, geometry.mass_per_length * geometry.length
-    found = np.zeros((len(length), 6, 6))
+    found = np.zeros((*phi.shape, 6, 6))
     if kind == "lumped":
         for place in TRANSLATIONS:
-            found[:, place, place] = total / 2
+            found[..., place, place] = total / 2
         return found
-    found[:, 0, 0] = found[:, 3, 3] = total / 3
-    found[:, 0, 3] = found[:, 3, 0] = total / 6
-    pattern = np.zeros((len(length), 4, 4))
-    pattern[:, 0, 0] = pattern[:, 2, 2] = 156.0
-    pattern[:, 0, 2] = pattern[:, 2, 0] = 54.0
-    pattern[:, 0, 1] = pattern[:, 1, 0] = 22 * length
-    pattern[:, 2, 3] = pattern[:, 3, 2] = -22 * length
-    pattern[:, 0, 3] = pattern[:, 3, 0] = -13 * length
-    pattern[:, 1, 2] = pattern[:, 2, 1] = 13 * length
-    pattern[:, 1, 1] = pattern[:, 3, 3] = 4 * length**2
-    pattern[:, 1, 3] = pattern[:, 3, 1] = -3 * length**2
-    found[np.ix_(np.arange(len(length)), BENDING, BENDING)] = pattern * (total / 420)[:, None, None]
-    bars = np.flatnonzero(geometry.is_bar)
-    linear = np.zeros((len(bars), 6, 6))
+    linear = np.zeros_like(found)
     for first, last in ((0, 3), (1, 4)):
-        linear[:, first, first] = linear[:, last, last] = total[bars] / 3
-        linear[:, first, last] = linear[:, last, first] = total[bars] / 6
-    found[bars] = linear
-    return found
+        linear[..., first, first] = linear[..., last, last] = total / 3
+        linear[..., first, last] = linear[..., last, first] = total / 6
+    factor = total / (1 + phi) ** 2
+    own, far = 13 / 35 + 7 * phi / 10 + phi**2 / 3, 9 / 70 + 3 * phi / 10 + phi**2 / 6
+    near_moment = (11 / 210 + 11 * phi / 120 + phi**2 / 24) * length
+    far_moment = (13 / 420 + 3 * phi / 40 + phi**2 / 24) * length
+    own_turn = (1 / 105 + phi / 60 + phi**2 / 120) * length**2
+    far_turn = (1 / 140 + phi / 60 + phi**2 / 120) * length**2
+    for row, column, value in (
+        (1, 1, own),
+        (4, 4, own),
+        (1, 4, far),
+        (1, 2, near_moment),
+        (4, 5, -near_moment),
+        (1, 5, -far_moment),
+        (2, 4, far_moment),
+        (2, 2, own_turn),
+        (5, 5, own_turn),
+        (2, 5, -far_turn),
+    ):
+        found[..., row, column] = found[..., column, row] = factor * value
+    for row, column in ((0, 0), (3, 3), (0, 3), (3, 0)):
+        found[..., row, column] = linear[..., row, column]
+    return np.where(geometry.is_bar[:, None, None], linear, found)
 
 
 @dataclass(frozen=True)

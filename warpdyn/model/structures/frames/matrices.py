@@ -17,6 +17,7 @@ from warpdyn.model.structures.frames.elements import (
     end_conditions,
     geometric_stiffness_of,
     mass_of,
+    shear_ratio,
 )
 from warpdyn.model.structures.frames.numbering import Numbering
 from warpdyn.model.structures.frames.tables import Rows
@@ -58,13 +59,13 @@ class FrameMatrices:
     def geometric_of_members(self, axial: np.ndarray, sections: Sections) -> np.ndarray:
         """Return the geometric stiffness of members; `axial`: tension [N], shape [..., member]."""
         _, conditions = self.bent(sections)
-        unit = geometric_stiffness_of(self.geometry, self.geometric_kind)
+        unit = geometric_stiffness_of(self.geometry, self.geometric_kind, shear_ratio(self.geometry, sections))
         local = np.swapaxes(conditions.ends, -1, -2) @ unit @ conditions.ends
         return self.in_nodes(local * np.asarray(axial)[..., None, None])
 
     def mass_of_members(self, sections: Sections) -> np.ndarray:
         """Return the mass matrices of members in the displacements of their nodes, shape [..., member, 6, 6]."""
-        local = mass_of(self.geometry, self.member_mass)
+        local = mass_of(self.geometry, self.member_mass, shear_ratio(self.geometry, sections))
         if self.member_mass == "consistent":
             _, conditions = self.bent(sections)
             local = np.swapaxes(conditions.ends, -1, -2) @ local @ conditions.ends

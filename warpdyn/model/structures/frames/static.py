@@ -13,7 +13,7 @@ from scipy.sparse.linalg import splu
 
 from warpdyn.foundations.core.checks import real_number
 from warpdyn.model.structures.frames.columns import DIRECTIONS, FORCES
-from warpdyn.model.structures.frames.elements import ROTATIONS, fixed_end_forces, geometric_stiffness_of
+from warpdyn.model.structures.frames.elements import ROTATIONS, fixed_end_forces, geometric_stiffness_of, shear_ratio
 from warpdyn.model.structures.frames.tables import Rows, check_names_known, numbers
 
 if TYPE_CHECKING:
@@ -157,12 +157,13 @@ def _linear(
     displacement = moved.copy()
     right = forces - equivalent - matrix @ moved
     free = numbering.free
-    displacement[free] = splu(matrix[free][:, free].tocsc()).solve(right[free])
+    if free.size:
+        displacement[free] = splu(matrix[free][:, free].tocsc()).solve(right[free])
     joints = np.einsum("mij,mj->mi", geometry.to_local, displacement[numbering.of_members])
     at_ends = np.einsum("mij,mj->mi", conditions.ends, joints)
     ends = own + np.einsum("mij,mj->mi", local, at_ends)
     if axial.any():
-        unit = geometric_stiffness_of(geometry, frame.geometric_kind)
+        unit = geometric_stiffness_of(geometry, frame.geometric_kind, shear_ratio(geometry, frame.nominal))
         tied = np.swapaxes(conditions.ends, -1, -2) @ unit @ conditions.ends
         ends = ends + axial[:, None] * np.einsum("mij,mj->mi", tied, joints)
     return displacement, ends
