@@ -29,7 +29,7 @@ def names(plan):
     text = products(
         pattern.output,
         "terms",
-        lambda dof: f"us[{dof}, j]",
+        lambda dof: f"u[{dof}, j]",
         lambda place: f"present_output[{place}, j]",
         first=first_places(pattern)["output"],
     )
