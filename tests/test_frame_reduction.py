@@ -90,7 +90,7 @@ def test_the_cantilever_and_its_reductions():
 def test_the_load_of_a_reduced_frame_contains_the_eliminated_masses():
     frame = divided_frame()
     full = frame.modal()
-    structure = frame.lumped(FLOORS, reduction="craig_bampton", modes=30)
+    structure = frame.lumped(FLOORS, reduction="craig_bampton", modes=61)
     one = {name: each[None] for name, each in structure.parameters.items()}
     mass, stiffness = structure.mass_matrices(one)[0], structure.stiffness_matrices(one)[0]
     load = structure.load_masses(one)[0] @ structure.influence[:, 0]
@@ -100,7 +100,7 @@ def test_the_load_of_a_reduced_frame_contains_the_eliminated_masses():
     np.testing.assert_allclose(effective[:2], full["effective_mass"][:2], rtol=2e-5)
     # Without the load of the inner masses: only the product with the reduced mass matrix.
     wrong = ((mass @ structure.influence[:, 0]) @ shapes) ** 2
-    assert abs(wrong[0] / full["effective_mass"][0].item() - 1) > 0.01
+    assert abs(wrong[0] / full["effective_mass"][0].item() - 1) > 0.005
 
 
 def test_static_condensation_needs_all_masses_and_guyan_does_not():

@@ -25,6 +25,7 @@ from warpdyn.model.structures.frames.columns import (
     read_supports,
 )
 from warpdyn.model.structures.frames.elements import Geometry, Sections, local_axes
+from warpdyn.model.structures.frames.forces import demand_capacity_ratios
 from warpdyn.model.structures.frames.matrices import FrameMatrices
 from warpdyn.model.structures.frames.numbering import number
 from warpdyn.model.structures.frames.reduction import frame_modes
@@ -282,6 +283,7 @@ class Frame(FrameMatrices):
         damping: str = "none",
         damping_ratio: float | None = None,
         damping_modes: tuple[int, int] | None = None,
+        damping_matrix: ArrayLike | None = None,
     ) -> ReducedFrame:
         """Return the elastic frame as a LumpedStructure with few degrees of freedom, for histories and ensembles.
 
@@ -304,6 +306,7 @@ class Frame(FrameMatrices):
             damping: Inherent damping, as for a LumpedStructure.
             damping_ratio: Viscous damping ratio [1].
             damping_modes: The two modes of Rayleigh damping, counted from 1; None: 1 and 2.
+            damping_matrix: Damping of the kept degrees of freedom in addition to `damping` [N s/m], shape [dof, dof].
 
         Returns:
             The structure. Its springs, "storey 1" and so on, have no stiffness: their deformations are the storey
@@ -336,7 +339,34 @@ class Frame(FrameMatrices):
             damping=damping,
             damping_ratio=damping_ratio,
             damping_modes=damping_modes,
+            damping_matrix=damping_matrix,
         )
+
+    @suggests_names
+    def demand_capacity(self, results: xr.Dataset, *, gravity: bool = True) -> xr.Dataset:
+        """Return the largest forces of members (their envelope) and their ratios to the capacities of the sections.
+
+        Args:
+            results: Result of `static`; or a run of a structure of `lumped` with the outputs "member_force".
+            gravity: Whether the absolute forces under the gravity loads of the tables are added. For a run, the sum is
+                an upper bound, because both may have opposite signs.
+
+        Returns:
+            Dataset with `axial_demand`, `shear_demand` [N] and `moment_demand` [N m], their ratios `axial_ratio`,
+            `shear_ratio`, `moment_ratio` to the capacities [1] (0 for an infinite capacity), and `interaction_ratio`,
+            the sum of axial and moment ratio; dimensions (sample,) member.
+
+        Raises:
+            ValueError: If the results contain no forces of members.
+            TypeError: If `results` is not a Dataset.
+
+        Example:
+            >>> forces = portal.static({"floor": {"fx": 10e3}})
+            >>> portal.demand_capacity(forces)["moment_demand"].values.round(0)
+            array([11399.,  8601., 11399.])
+        """
+        true_or_false("gravity", gravity)
+        return demand_capacity_ratios(self, results, has_gravity=gravity and static.has_gravity(self))
 
     def description(self) -> dict[str, Any]:
         """Return the arguments of the frame as a dictionary, for the JSON of scenes; defaults are left out."""

@@ -7,6 +7,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from warpdyn.engine.laws import Parameter
 from warpdyn.foundations.core.checks import one_of, real_number, shortened, true_or_false, whole_number
@@ -57,6 +58,7 @@ class ReducedFrame(LumpedStructure):
         damping: str,
         damping_ratio: float | None,
         damping_modes: tuple[int, int] | None,
+        damping_matrix: ArrayLike | None,
     ) -> None:
         one_of("reduction", reduction, REDUCTIONS)
         self.frame, self.reduction = frame, reduction
@@ -91,6 +93,7 @@ class ReducedFrame(LumpedStructure):
             damping=damping,
             damping_ratio=damping_ratio,
             damping_modes=damping_modes,
+            damping_matrix=damping_matrix,
         )
         sections = {name: np.array(each) for name, each in zip(MEMBER_PARAMETERS, self._nominal_sections, strict=True)}
         self.parameters = FrozenMapping({**self.parameters, **sections})
@@ -327,6 +330,8 @@ class ReducedFrame(LumpedStructure):
             "damping": self.damping,
         }
         found |= {} if self.drift_capacity is None else {"drift_capacity": float(self.drift_capacity)}
+        given = "damping_matrix" in self.matrices
+        found |= {"damping_matrix": self.matrices["damping_matrix"].tolist()} if given else {}
         return found | ({"damping_modes": list(self.damping_modes)} if self.damping_modes else {})
 
     def description(self) -> dict[str, Any]:
