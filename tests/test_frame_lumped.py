@@ -207,7 +207,7 @@ def test_vertical_masses_give_a_second_component_of_the_base_motion():
         supports={"A": "fixed"},
         masses={"B": 2e4},
     )
-    structure = frame.lumped(damping="modal", damping_ratio=0.05)
+    structure = frame.lumped(damping="modal", damping_ratio=0.05, vertical=True)
     assert structure.dof_names == ("B ux", "B uy")
     assert structure.components == 2
     lateral, vertical = 3 * 3e10 * 2e-3 / 27, 3e10 * 0.16 / 3

@@ -277,6 +277,7 @@ class Frame(FrameMatrices):
         reduction: str = "static",
         modes: int = 0,
         p_delta: bool = False,
+        vertical: bool = False,
         outputs: Sequence[str] = DEFAULT_OUTPUTS,
         members: Sequence[str] | None = None,
         drift_capacity: float | None = None,
@@ -298,6 +299,7 @@ class Frame(FrameMatrices):
                 the first `modes` modes with fixed `dofs`).
             modes: Number of fixed-interface modes of "craig_bampton".
             p_delta: Whether gravity loads soften the frame.
+            vertical: Whether the base moves vertically, too: motions are a `PairOfMotions` of x and y (only "static").
             outputs: Outputs of runs: "drift" (storey drift ratios "drift 1" and so on [1]), "base_shear" [N] and
                 "member_force" (axial force, shear force and moment at both ends of `members` [N, N m], such as "beam
                 moment start").
@@ -333,6 +335,7 @@ class Frame(FrameMatrices):
             reduction=reduction,
             modes=modes,
             p_delta=p_delta,
+            vertical=vertical,
             outputs=outputs,
             members=members,
             drift_capacity=drift_capacity,

@@ -52,6 +52,7 @@ class ReducedFrame(LumpedStructure):
         reduction: str,
         modes: int,
         p_delta: bool,
+        vertical: bool,
         outputs: Sequence[str],
         members: Sequence[str] | None,
         drift_capacity: float | None,
@@ -63,6 +64,7 @@ class ReducedFrame(LumpedStructure):
         one_of("reduction", reduction, REDUCTIONS)
         self.frame, self.reduction = frame, reduction
         self.p_delta = true_or_false("p_delta", p_delta)
+        self.vertical = true_or_false("vertical", vertical)
         stiffness, geometric, mass = free_matrices(frame, has_p_delta=p_delta)
         self.kept = _kept(frame, dofs, mass, reduction)
         self.interface_modes = self._modes(modes, mass)
@@ -79,6 +81,8 @@ class ReducedFrame(LumpedStructure):
         self.drift_capacity = drift_capacity
         reduced_mass = reduced(mass, shapes)
         self.nominal_mass = np.diag(reduced_mass).copy()
+        for place in np.flatnonzero(self.nominal_mass <= 0):
+            raise ValueError(f"dofs: degree of freedom {dof_names[place]!r} has no mass: remove it from dofs=")
         self.motion = self._motions(dof_names)
         named_outputs = self._named_outputs(dof_names, stiffness, shapes)
         super().__init__(
@@ -120,15 +124,17 @@ class ReducedFrame(LumpedStructure):
         return given
 
     def _motions(self, names: Sequence[str]) -> np.ndarray:
-        """Return the displacements of the kept degrees of freedom under a unit base motion, shape [dof, component].
-
-        One component: x. With vertical degrees of freedom, and without reduction of masses, there is a second one: y.
-        """
+        """Return the displacements of the kept degrees of freedom under a unit base motion, shape [dof, component]."""
         numbering, free = self.frame.numbering, self.frame.numbering.free
         x, y = (np.zeros(len(names)) for _ in range(2))
         x[: self.kept.size] = numbering.is_horizontal[free[self.kept]]
         y[: self.kept.size] = numbering.is_vertical[free[self.kept]]
-        return np.stack([x, y] if self.reduction == "static" and y.any() and x.any() else [x], axis=1)
+        if self.vertical and (self.reduction != "static" or not y.any()):
+            raise ValueError(
+                "vertical=True needs vertical masses and reduction='static': give nodes masses in y, such as "
+                "masses={'B': 1e4}, or remove vertical=True"
+            )
+        return np.stack([x, y] if self.vertical else [x], axis=1)
 
     def _gauges(self, names: Sequence[str]) -> list[Gauge]:
         """Return the springs without stiffness: one per storey; without storeys, one at the highest kept node."""
@@ -325,6 +331,7 @@ class ReducedFrame(LumpedStructure):
             "reduction": self.reduction,
             "modes": self.interface_modes,
             "p_delta": self.p_delta,
+            "vertical": self.vertical,
             "outputs": list(self.output_kinds),
             "members": list(self.members_out),
             "damping": self.damping,
