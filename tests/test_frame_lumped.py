@@ -145,13 +145,18 @@ def test_fragility_and_collapse_of_random_frames():
     structure = frame.lumped(p_delta=True, damping="modal", damping_ratio=0.02, drift_capacity=0.04)
     motions = [wd.GroundMotion(pulse(1.0, period, 0.4).acceleration, 0.01, f"{period}") for period in (0.6, 0.8, 1.0)]
     stripes = wd.Stripes(motions, [0.01, 0.03, 0.1, 0.2, 0.4], wd.PeakGroundAcceleration())
-    scatter = {"elastic_modulus": wd.RandomFactor(wd.Lognormal(1.0, 0.1)), "mass": wd.RandomFactor(wd.Lognormal(1, 0.1))}
+    scatter = {
+        "elastic_modulus": wd.RandomFactor(wd.Lognormal(1.0, 0.1)),
+        "mass": wd.RandomFactor(wd.Lognormal(1, 0.1)),
+    }
     run = wd.simulate(wd.Scene(structure, stripes, scatter), structures=8, seed=2, device="cpu")
     collapsed = run["status"].values == 1
     drift = run["peak_output"].sel(output=["drift 1", "drift 2"]).max("output").values
     assert collapsed.any()
     assert (drift[~collapsed] <= 0.04 * (1 + 1e-5)).all()
-    curves = wd.fragility(run.sel(output=["drift 1", "drift 2"]), {"slight": 0.005, "moderate": 0.02}, demand="peak_output")
+    curves = wd.fragility(
+        run.sel(output=["drift 1", "drift 2"]), {"slight": 0.005, "moderate": 0.02}, demand="peak_output"
+    )
     assert (np.diff(curves["fragility_median"].values) > 0).all()
 
 

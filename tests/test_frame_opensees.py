@@ -126,7 +126,9 @@ def divided(member_mass: str = "consistent") -> wd.Frame:
     places = {"a": (0, 0), "b": (0, 3.5), "c": (0, 7), "d": (6, 0), "e": (6, 3.5), "f": (6, 7)}
     nodes, members = {}, {}
     for line in ("ab", "bc", "de", "ef", "be", "cf"):
-        more = chain(line[0], line[1], places[line[0]], places[line[1]], 3, "beam" if line in ("be", "cf") else "column")
+        more = chain(
+            line[0], line[1], places[line[0]], places[line[1]], 3, "beam" if line in ("be", "cf") else "column"
+        )
         nodes |= more[0]
         members |= more[1]
     sections = {

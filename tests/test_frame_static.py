@@ -54,9 +54,7 @@ def test_p_delta_benchmarks_of_aisc_360(case, load, moment, deflection):
     np.testing.assert_allclose(found, [moment, deflection], rtol=2e-7)
 
 
-@pytest.mark.parametrize(
-    ("load", "deflection"), [(0, 0.201537), (150, 0.2304656), (300, 0.2690513), (450, 0.3230954)]
-)
+@pytest.mark.parametrize(("load", "deflection"), [(0, 0.201537), (150, 0.2304656), (300, 0.2690513), (450, 0.3230954)])
 def test_p_delta_benchmarks_with_shear_deformation(load, deflection):
     _, found = benchmark(1, load * KIP, 128, "string", **SHEAR)
     assert round(found / INCH, 7) == pytest.approx(deflection, abs=1e-7)

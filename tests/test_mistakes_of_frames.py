@@ -49,7 +49,10 @@ MISTAKES = {  # changed arguments, message
     "offsets too long": ({"members": beam(offset_start_x=3.0, offset_end_x=-3.0)}, "no length between its rigid"),
     "no modulus": ({"sections": {"b": {"area": 1.0}}}, "section 'b' has no elastic_modulus \\[Pa\\]"),
     "no area": ({"sections": {"b": {"elastic_modulus": 1.0}}}, "section 'b' has no area \\[m2\\]"),
-    "no second moment": ({"sections": {"b": STEEL}}, "member 'beam' is a beam, but its section 'b' has no second_moment"),
+    "no second moment": (
+        {"sections": {"b": STEEL}},
+        "member 'beam' is a beam, but its section 'b' has no second_moment",
+    ),
     "negative area": ({"sections": {"b": STEEL | {"area": -1.0}}}, "area of section 'b' \\[m2\\] must be"),
     "half of a shear stiffness": (
         {"sections": {"b": STEEL | {"second_moment": 1e-4, "shear_area": 0.01}}},

@@ -12,9 +12,17 @@ from numpy.typing import ArrayLike
 
 from warpdyn.foundations.core.checks import one_of, true_or_false, whole_number
 from warpdyn.foundations.core.near_misses import suggests_names, with_suggestions
-from warpdyn.model.structures.frames import checks, static
-from warpdyn.model.structures.frames.columns import (
-    DIRECTIONS,
+from warpdyn.model.structures.frames import static
+from warpdyn.model.structures.frames.choices import DEFAULT_OUTPUTS
+from warpdyn.model.structures.frames.members.elements import Geometry, Sections, local_axes
+from warpdyn.model.structures.frames.members.forces import demand_capacity_ratios
+from warpdyn.model.structures.frames.members.matrices import FrameMatrices
+from warpdyn.model.structures.frames.members.numbering import numbering_of
+from warpdyn.model.structures.frames.reduced_frame import ReducedFrame
+from warpdyn.model.structures.frames.reduction import frame_modes
+from warpdyn.model.structures.frames.storeys import FrameStoreys
+from warpdyn.model.structures.frames.tables import checks
+from warpdyn.model.structures.frames.tables.columns import (
     MEMBER_COLUMNS,
     NODE_COLUMNS,
     SECTION_COLUMNS,
@@ -24,19 +32,13 @@ from warpdyn.model.structures.frames.columns import (
     read_member_loads,
     read_supports,
 )
-from warpdyn.model.structures.frames.elements import Geometry, Sections, local_axes
-from warpdyn.model.structures.frames.forces import demand_capacity_ratios
-from warpdyn.model.structures.frames.matrices import FrameMatrices
-from warpdyn.model.structures.frames.numbering import number
-from warpdyn.model.structures.frames.reduction import frame_modes
-from warpdyn.model.structures.frames.reduced_frame import DEFAULT_OUTPUTS, ReducedFrame
-from warpdyn.model.structures.frames.tables import Rows, TableLike, check_names_known, numbers, read_table
+from warpdyn.model.structures.frames.tables.table import Rows, TableLike, check_names_known, numbers, read_table
 
 MASS_KINDS, GEOMETRIC_KINDS = ("lumped", "consistent"), ("string", "consistent")
 
 
 @with_suggestions
-class Frame(FrameMatrices):
+class Frame(FrameStoreys, FrameMatrices):
     """A plane frame: beam-columns (Euler-Bernoulli or Timoshenko) and bars between nodes in the x-y plane.
 
     Each table is a dictionary {name: {column: value}} (or {name: list of values in the order of the columns}), a
@@ -118,7 +120,7 @@ class Frame(FrameMatrices):
         self.geometry, self.nominal = self._geometry(), self._nominal()
         offsets = self._offsets().any(axis=-1)
         resists = (~self.geometry.is_bar[:, None] & (self.geometry.end_springs > 0)) | offsets
-        self.numbering = number(list(self.nodes), self.ends, resists, self.supports, self.diaphragms)
+        self.numbering = numbering_of(list(self.nodes), self.ends, resists, self.supports, self.diaphragms)
         checks.check_moves(self)
 
     def _of_section(self, column: str) -> np.ndarray:
@@ -150,33 +152,6 @@ class Frame(FrameMatrices):
     def gravity(self) -> np.ndarray:
         """Axial forces of the members under the gravity loads, tension positive [N], shape [member]."""
         return static.gravity_forces(self)
-
-    @property
-    def floors(self) -> tuple[str, ...]:
-        """Diaphragms from the lowest to the highest."""
-        return tuple(sorted(self.diaphragms, key=self.level_of))
-
-    def level_of(self, diaphragm: str) -> float:
-        """Return the height of a diaphragm [m]."""
-        return float(self.nodes[self.diaphragms[diaphragm][0]]["y"])
-
-    @property
-    def storey_drifts(self) -> dict[str, tuple[str, str | None, float]]:
-        """Storeys from the ground up, {"drift 1": (upper floor, lower floor or None for the ground, height [m])}."""
-        found: dict[str, tuple[str, str | None, float]] = {}
-        free = self.numbering.free_names
-        base = min((self.nodes[name]["y"] for name in self.supports), default=float(self.coordinates[:, 1].min()))
-        below: str | None = None
-        level = base
-        for floor in self.floors:
-            height = self.level_of(floor) - level
-            if floor in free and height > 0:
-                found[f"drift {len(found) + 1}"] = (floor, below, height)
-                below = floor
-            elif floor not in free:
-                below = None
-            level = self.level_of(floor)
-        return found
 
     @suggests_names
     def static(
@@ -402,8 +377,3 @@ class Frame(FrameMatrices):
     def __repr__(self) -> str:
         size = f"{len(self.nodes)} nodes, {len(self.members)} members, {self.numbering.free.size} degrees of freedom"
         return f"Frame({size})"
-
-
-def directions_of(values: ArrayLike, frame: Frame) -> np.ndarray:
-    """Return values of the independent degrees of freedom for each node and direction, shape [node, 3]."""
-    return np.asarray(values)[frame.numbering.places].reshape(len(frame.nodes), len(DIRECTIONS))

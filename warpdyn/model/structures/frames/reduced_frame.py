@@ -10,11 +10,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from warpdyn.engine.laws import Parameter
-from warpdyn.foundations.core.checks import one_of, real_number, shortened, true_or_false, whole_number
+from warpdyn.foundations.core.checks import one_of, real_number, true_or_false, whole_number
 from warpdyn.foundations.core.frozen_values import FrozenMapping
-from warpdyn.foundations.core.near_misses import did_you_mean
-from warpdyn.model.structures.frames.elements import Sections
-from warpdyn.model.structures.frames.forces import force_names, force_rows
+from warpdyn.model.structures.frames.choices import checked_outputs, kept_places
+from warpdyn.model.structures.frames.members.elements import Sections
+from warpdyn.model.structures.frames.members.forces import force_names, force_rows
 from warpdyn.model.structures.frames.reduction import free_matrices, inner_masses, reduced, shapes_of
 from warpdyn.model.structures.lumped.spring import Spring
 from warpdyn.model.structures.lumped.structure import MOST_DOFS, LumpedStructure
@@ -23,8 +23,6 @@ if TYPE_CHECKING:
     from warpdyn.model.structures.frames.frame import Frame
 
 REDUCTIONS = ("static", "guyan", "craig_bampton")
-OUTPUTS = ("drift", "base_shear", "member_force")
-DEFAULT_OUTPUTS = ("drift", "base_shear")
 MEMBER_PARAMETERS = {  # name -> (units, name in words), in the order of `Sections`
     "elastic_modulus": ("Pa", "elastic modulus of the member"),
     "area": ("m2", "cross-sectional area of the member"),
@@ -66,17 +64,17 @@ class ReducedFrame(LumpedStructure):
         self.p_delta = true_or_false("p_delta", p_delta)
         self.vertical = true_or_false("vertical", vertical)
         stiffness, geometric, mass = free_matrices(frame, has_p_delta=p_delta)
-        self.kept = _kept(frame, dofs, mass, reduction)
+        self.kept = kept_places(frame, dofs, mass, reduction)
         self.interface_modes = self._modes(modes, mass)
         shapes = shapes_of(stiffness, mass, self.kept, self.interface_modes)
         names = [frame.numbering.free_names[place] for place in self.kept]
         dof_names = [*names, *(f"interior mode {mode + 1}" for mode in range(self.interface_modes))]
         if len(dof_names) > MOST_DOFS:
             raise ValueError(
-                f"lumped(): {len(dof_names)} degrees of freedom, but at most {MOST_DOFS} are possible: give fewer dofs= "
-                "(such as those of diaphragms) and reduction='guyan' or 'craig_bampton'"
+                f"lumped(): {len(dof_names)} degrees of freedom, but at most {MOST_DOFS} are possible: give fewer "
+                "dofs= (such as those of diaphragms) and reduction='guyan' or 'craig_bampton'"
             )
-        self.output_kinds = _checked_outputs(outputs)
+        self.output_kinds = checked_outputs(outputs)
         self.members_out = tuple(frame.members if members is None else members)
         self.drift_capacity = drift_capacity
         reduced_mass = reduced(mass, shapes)
@@ -191,16 +189,12 @@ class ReducedFrame(LumpedStructure):
         if "base_shear" in self.output_kinds:
             moved = frame.numbering.is_horizontal[frame.numbering.free].astype(float)
             names.append("base shear")
-            rows.append(((moved @ stiffness)[:, None] @ shapes))
+            rows.append((moved @ stiffness)[:, None] @ shapes)
         if "member_force" in self.output_kinds:
             names += force_names(self.members_out)
             rows.append(force_rows(frame, self.members_out, shapes, sections))
         found = np.concatenate(rows, axis=1) if rows else np.zeros((count, 0, dofs))
         return tuple(names), found
-
-    def is_by_storey(self, name: str) -> bool:
-        """Return whether a parameter has one value per degree of freedom, spring or member."""
-        return super().is_by_storey(name)
 
     def dim_of(self, name: str) -> str:
         """Return the dimension of a parameter's values: "dof", "spring" or "member"."""
@@ -217,9 +211,7 @@ class ReducedFrame(LumpedStructure):
     def scatter_problem(self, name: str, *, is_common_factor: bool) -> str | None:
         """Return why a parameter cannot be random: the stiffness of gauges, and single masses of a reduced frame."""
         if name == "stiffness":
-            return (
-                "the springs of a frame only measure drifts: scatter elastic_modulus, area or second_moment instead"
-            )
+            return "the springs of a frame only measure drifts: scatter elastic_modulus, area or second_moment instead"
         if name == "mass" and self.reduction != "static" and not is_common_factor:
             return (
                 f"masses of a frame with reduction={self.reduction!r} can only have one common factor: give "
@@ -349,44 +341,3 @@ class ReducedFrame(LumpedStructure):
     def __repr__(self) -> str:
         dofs = f"{self.dofs} degree{'s' if self.dofs > 1 else ''} of freedom of {self.frame.numbering.free.size}"
         return f"ReducedFrame({dofs}, T = {self.fundamental_period:.4g} s, damping={self.damping!r})"
-
-
-def _kept(frame: Frame, dofs: Sequence[str] | None, mass: np.ndarray, reduction: str) -> np.ndarray:
-    """Return the numbers of the kept degrees of freedom among the free ones."""
-    names = list(frame.numbering.free_names)
-    heavy = np.flatnonzero(np.diagonal(mass) > 0)
-    if dofs is None:
-        if reduction != "static":
-            raise ValueError(f"lumped(): reduction={reduction!r} needs dofs=, such as dofs={list(frame.floors)[:3]}")
-        if not heavy.size:
-            raise ValueError("lumped(): the frame has no mass: give masses=, or mass_per_length of sections")
-        return heavy
-    if isinstance(dofs, str) or not isinstance(dofs, list | tuple) or not dofs:
-        raise TypeError(f"dofs must be a list of degrees of freedom, such as ['floor 1'], got {shortened(dofs)}")
-    kept = []
-    for name in dofs:
-        if name not in names:
-            fixed = " (it is fixed, or no member resists it)" if name in frame.numbering.names else ""
-            hint = "" if fixed else did_you_mean(name, names)
-            raise ValueError(
-                f"dofs: {name!r} is no free degree of freedom{fixed}{hint}; there are {shortened(names)}"
-            )
-        if names.index(name) in kept:
-            raise ValueError(f"dofs: {name!r} is listed twice")
-        kept.append(names.index(name))
-    found = np.array(kept)
-    if reduction == "static":
-        for place in np.setdiff1d(heavy, found):
-            raise ValueError(
-                f"dofs: {names[place]!r} has the mass {mass[place, place]:g} and is not kept, so that static "
-                "condensation is not exact: keep it, or give reduction='guyan' or 'craig_bampton'"
-            )
-    return found
-
-
-def _checked_outputs(given: Sequence[str]) -> tuple[str, ...]:
-    if isinstance(given, str) or not isinstance(given, list | tuple):
-        raise TypeError(f"outputs must be a list such as ['drift', 'member_force'], got {shortened(given)}")
-    for name in given:
-        one_of("outputs", name, OUTPUTS)
-    return tuple(given)

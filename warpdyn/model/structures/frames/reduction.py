@@ -57,7 +57,7 @@ def fixed_interface_modes(stiffness: np.ndarray, mass: np.ndarray, kept: np.ndar
     of_rest = stiffness[..., rest, :][..., rest]
     follows = condensation(of_rest, places)
     mass_of_rest = mass[..., rest, :][..., rest]
-    squared, shapes = undamped(
+    _, shapes = undamped(
         reduced(mass_of_rest, follows).reshape(-1, inner.size, inner.size),
         reduced(of_rest, follows).reshape(-1, inner.size, inner.size),
     )
@@ -97,8 +97,8 @@ def frame_modes(frame: Frame, modes: int | None, *, has_p_delta: bool) -> xr.Dat
     kept = np.flatnonzero(np.diagonal(mass) > 0)
     if not kept.size:
         raise ValueError(
-            "modal(): the frame has no mass: give masses=, the column mass in the table of nodes, or mass_per_length in "
-            "the table of sections"
+            "modal(): the frame has no mass: give masses=, the column mass in the table of nodes, or mass_per_length "
+            "in the table of sections"
         )
     total = stiffness + geometric
     shapes = condensation(total, kept)

@@ -12,9 +12,14 @@ from scipy.linalg import eigh
 from scipy.sparse.linalg import splu
 
 from warpdyn.foundations.core.checks import real_number
-from warpdyn.model.structures.frames.columns import DIRECTIONS, FORCES
-from warpdyn.model.structures.frames.elements import ROTATIONS, fixed_end_forces, geometric_stiffness_of, shear_ratio
-from warpdyn.model.structures.frames.tables import Rows, check_names_known, numbers
+from warpdyn.model.structures.frames.members.elements import (
+    ROTATIONS,
+    fixed_end_forces,
+    geometric_stiffness_of,
+    shear_ratio,
+)
+from warpdyn.model.structures.frames.tables.columns import DIRECTIONS, FORCES
+from warpdyn.model.structures.frames.tables.table import Rows, check_names_known, numbers
 
 if TYPE_CHECKING:
     from warpdyn.model.structures.frames.frame import Frame
@@ -75,9 +80,9 @@ def member_forces_fixed(frame: Frame, loads: Sequence[Mapping[str, Any]], *, has
                 )
             local = axes @ [load["px"], load["py"]]
             found[place] += fixed_end_forces(geometry, frame.nominal, place, tuple(local), load["at"])
-    found[np.ix_(geometry.is_bar, ROTATIONS)] = 0.0
-    for place in np.flatnonzero(geometry.is_bar):  # a bar carries its loads as a simply supported beam
-        found[place, [1, 4]] = _simple_shears(frame, place, every)
+    for bar in np.flatnonzero(geometry.is_bar).tolist():  # a bar carries its loads as a simply supported beam
+        found[bar, ROTATIONS] = 0.0
+        found[bar, [1, 4]] = _simple_shears(frame, bar, every)
     return found
 
 

@@ -9,7 +9,7 @@ from scipy import sparse
 from scipy.sparse.csgraph import connected_components
 from scipy.sparse.linalg import splu
 
-from warpdyn.model.structures.frames.tables import Rows, check_names_known
+from warpdyn.model.structures.frames.tables.table import Rows, check_names_known
 
 if TYPE_CHECKING:
     from warpdyn.model.structures.frames.frame import Frame
@@ -99,8 +99,8 @@ def check_moves(frame: Frame) -> None:
         )
     node, _, direction = name.rpartition(" ")
     raise ValueError(
-        f"the frame is a mechanism: node {node!r} can move {IN_WORDS[direction]} without resistance. Add a support or a "
-        "member, or remove releases"
+        f"the frame is a mechanism: node {node!r} can move {IN_WORDS[direction]} without resistance. Add a support or "
+        "a member, or remove releases"
     )
 
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import sparse
 
-from warpdyn.model.structures.frames.columns import DIRECTIONS
+from warpdyn.model.structures.frames.tables.columns import DIRECTIONS
 
 
 @dataclass(frozen=True)
@@ -61,7 +61,7 @@ class Numbering:
         return found + np.diag(self.springs[self.free]) if has_springs else found
 
 
-def number(
+def numbering_of(
     nodes: Sequence[str],
     ends: np.ndarray,
     resists: np.ndarray,

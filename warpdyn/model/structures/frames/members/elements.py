@@ -1,9 +1,10 @@
 """Matrices of plane beam-columns and bars, for all members of a frame and, if sections are random, many structures.
 
-Local degrees of freedom of a member: axial displacement, transverse displacement and rotation at its start, and the same
-at its end. Arrays have the shape [..., member, 6, 6]; the first dimensions are those of the section properties.
+Local degrees of freedom of a member: axial displacement, transverse displacement and rotation at its start, and then
+those at its end. Arrays have the shape [..., member, 6, 6]; the first dimensions are those of the section properties.
 
-Sources: Przemieniecki, Theory of Matrix Structural Analysis; McGuire, Gallagher and Ziemian, Matrix Structural Analysis.
+Sources: Przemieniecki, "Theory of Matrix Structural Analysis"; McGuire, Gallagher and Ziemian, "Matrix Structural
+Analysis".
 """
 
 from __future__ import annotations

@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from warpdyn.model.structures.frames.columns import DIRECTIONS
-from warpdyn.model.structures.frames.elements import (
+from warpdyn.model.structures.frames.members.elements import (
     EndConditions,
     Geometry,
     Sections,
@@ -19,8 +18,9 @@ from warpdyn.model.structures.frames.elements import (
     mass_of,
     shear_ratio,
 )
-from warpdyn.model.structures.frames.numbering import Numbering
-from warpdyn.model.structures.frames.tables import Rows
+from warpdyn.model.structures.frames.members.numbering import Numbering
+from warpdyn.model.structures.frames.tables.columns import DIRECTIONS
+from warpdyn.model.structures.frames.tables.table import Rows
 
 if TYPE_CHECKING:
     from scipy import sparse

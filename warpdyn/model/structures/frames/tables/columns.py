@@ -10,7 +10,7 @@ import pandas as pd
 
 from warpdyn.foundations.core.checks import checked_text, real_number, shortened
 from warpdyn.foundations.core.near_misses import did_you_mean
-from warpdyn.model.structures.frames.tables import Column, Rows, check_names_known, read_table
+from warpdyn.model.structures.frames.tables.table import Column, Rows, check_names_known, read_table
 
 DIRECTIONS = ("ux", "uy", "rz")
 FORCES = ("fx", "fy", "mz")
@@ -162,7 +162,7 @@ def read_loads(argument: str, given: object, names: Sequence[str]) -> Rows:
 
 
 def read_member_loads(given: object, members: Rows) -> list[dict[str, Any]]:
-    """Return the loads on members, as a list of {"member": name, "qx": ..., "qy": ..., "px": ..., "py": ..., "at": ...}."""
+    """Return the loads on members, a list of dictionaries with the keys "member" and those of MEMBER_LOADS."""
     if given is None:
         return []
     rows: list[tuple[str, Mapping[str, Any]]] = []

@@ -104,10 +104,11 @@ def _raw_rows(argument: str, given: object, noun: str, columns: Sequence[str]) -
     """Return (name, row) for each row of a table, without checks of the values."""
     if isinstance(given, str | os.PathLike):
         text = read_csv_text(argument, given)
-        given = pd.read_csv(io.StringIO(text), dtype={noun: str}, skipinitialspace=True)
-        if noun not in given:
-            listed = ", ".join(map(repr, given.columns))
+        read = pd.read_csv(io.StringIO(text), dtype={noun: str}, skipinitialspace=True)
+        if noun not in read:
+            listed = ", ".join(map(repr, read.columns))
             raise ValueError(f"{argument}: the file has no column {noun!r}, which names the rows; it has {listed}")
+        given = read
     if isinstance(given, pd.DataFrame):
         table = given.set_index(noun) if noun in given else given
         return [(str(name), row.to_dict()) for name, row in table.iterrows()]

@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 
 from warpdyn.foundations.core.checks import check_dataset
-from warpdyn.model.structures.frames.elements import Sections
+from warpdyn.model.structures.frames.members.elements import Sections
 
 if TYPE_CHECKING:
     from warpdyn.model.structures.frames.frame import Frame
@@ -101,7 +101,5 @@ def _peaks(frame: Frame, results: xr.Dataset) -> dict[str, xr.DataArray]:
             taken = [name for name in names if name in recorded]
             zero = xr.zeros_like(peak.isel(output=0, drop=True))
             columns.append(peak.sel(output=taken).max("output") if taken else zero)
-        found[action] = xr.concat(columns, xr.DataArray(members, dims="member", name="member")).transpose(
-            ..., "member"
-        )
+        found[action] = xr.concat(columns, xr.DataArray(members, dims="member", name="member")).transpose(..., "member")
     return found
