@@ -201,8 +201,8 @@ SPLICE = 1.83  # height above the floor [m]
 
 
 def test_sac_frame_of_nine_storeys_has_the_recomputed_frequencies():
-    # LA9: pinned at the basement, ground floor held horizontally; Ohtori and co-authors (2004) quote 0.443, 1.178, 2.047,
-    # 3.095, 4.274 Hz. The girder of the last bay is pinned at its outer end.
+    # LA9: pinned at the basement, ground floor held horizontally; Ohtori and co-authors (2004) quote 0.443, 1.178,
+    # 2.047, 3.095, 4.274 Hz. The girder of the last bay is pinned at its outer end.
     masses_of_floors = [9.65e5, 1.01e6, *[9.89e5] * 7, 1.07e6]
     nodes = {f"0-{line}": (9.15 * line, 0.0) for line in range(6)}
     members, masses, height = {}, {}, 0.0
@@ -232,7 +232,7 @@ def test_sac_frame_of_nine_storeys_has_the_recomputed_frequencies():
     )
     found = 1 / frame.modal(modes=5)["period"].values
     np.testing.assert_allclose(found, [0.442694, 1.179120, 2.048440, 3.098584, 4.254724], rtol=1e-6)
-    assert list(frame.storey_drifts)[0] == "drift 1"
+    assert next(iter(frame.storey_drifts)) == "drift 1"
     assert frame.storey_drifts["drift 1"] == ("floor 2", None, pytest.approx(5.49))
 
 

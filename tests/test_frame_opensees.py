@@ -17,8 +17,8 @@ DEGREE = {"ux": 1, "uy": 2, "rz": 3}
 def build(frame: wd.Frame, *, has_member_mass: bool = True) -> tuple[object, dict[str, int], dict[str, int]]:
     """Build an OpenSees model of a frame, with releases, rigid offsets and diaphragms; return its numbers of names.
 
-    Without `has_member_mass`, lumped masses of members are masses of nodes: with masses of elements, UniformExcitation of
-    OpenSees 3.7.1 applies twice the load of these masses.
+    Without `has_member_mass`, lumped masses of members are masses of nodes: with masses of elements, UniformExcitation
+    of OpenSees 3.7.1 applies twice the load of these masses.
     """
     ops = opensees()
     ops.wipe()
@@ -88,7 +88,7 @@ def solve(ops) -> None:
 
 
 def offsets_and_releases() -> wd.Frame:
-    """Two bays and two storeys with rigid offsets, a released beam, braces, shear deformation and an inclined member."""
+    """Two bays and two storeys with rigid offsets, released beams, a brace and inclined members."""
     nodes = {f"{level}{line}": (5.0 * line, 3.6 * level) for level in range(3) for line in range(3)}
     nodes["top"] = (2.0, 9.0)
     members = {}

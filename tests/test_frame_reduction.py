@@ -105,14 +105,14 @@ def test_the_load_of_a_reduced_frame_contains_the_eliminated_masses():
 
 def test_static_condensation_needs_all_masses_and_guyan_does_not():
     frame = divided_frame()
-    with pytest.raises(ValueError, match="has the mass .* and is not kept"):
+    with pytest.raises(ValueError, match=r"has the mass .* and is not kept"):
         frame.lumped(FLOORS)
     with pytest.raises(ValueError, match="at most 64 are possible"):
         frame.lumped(FLOORS, reduction="craig_bampton", modes=62)
 
 
 def uniform_frame(outer: float) -> wd.Frame:
-    """Three storeys of 3.5 m, three bays of 6 m, axially rigid; outer columns have `outer` times the inner stiffness."""
+    """Three storeys of 3.5 m, three bays of 6 m, axially rigid; outer columns: `outer` times the inner stiffness."""
     nodes = {f"{level}{line}": (6.0 * line, 3.5 * level) for level in range(4) for line in range(4)}
     members, sections = {}, {}
     for level, (column, beam) in enumerate(zip((3e-4, 3e-4, 2e-4), (4e-4, 3e-4, 2e-4), strict=True)):

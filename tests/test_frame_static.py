@@ -22,11 +22,11 @@ def column(parts: int, kind: str, *, is_cantilever: bool, **more: float) -> wd.F
 
 
 def benchmark(case: int, load: float, parts: int, kind: str = "consistent", **more: float) -> tuple[float, float]:
-    """Return the largest moment [N m] and deflection [m] of a P-Delta benchmark of AISC 360, commentary to chapter C."""
+    """Return the largest moment [N m] and deflection [m] of a P-Delta benchmark of AISC 360, chapter C (commentary)."""
     frame = column(parts, kind, is_cantilever=case == 2, **more)
     axial = {"top": {"fy": -load}}
     if case == 1:
-        across = dict.fromkeys(frame.members, {"qx": 0.2 * KIP / FOOT})
+        across = {name: {"qx": 0.2 * KIP / FOOT} for name in frame.members}
         found = frame.static(axial, across, p_delta=load > 0)
         middle = f"base-top {parts // 2}"
         moment = found["end_force"].sel(member=middle, end="start", action="moment")
