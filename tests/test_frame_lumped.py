@@ -30,7 +30,8 @@ def with_rayleigh(frame: wd.Frame, a0: float, a1: float, **more) -> wd.LumpedStr
 
 
 # Elastic histories of the reference set (RK4 with Newton's method; OpenSeesPy differs by 1e-5): model, pulse
-# (amplitude, period, decay), storey drift ratios, floor accelerations [m/s2], largest moment of the hinges at the base [N m].
+# (amplitude, period, decay), storey drift ratios, floor accelerations [m/s2], and largest moment of the hinges at the
+# base [N m].
 HISTORIES = {
     "portal, pulse 1": (portal, (1.0, 0.8, 0.4), (0.005514826,), (2.445448,), 200060.2),
     "portal, pulse 2": (portal, (1.5, 2.0, 0.35), (0.004028469,), (1.782325,), 146139.9),

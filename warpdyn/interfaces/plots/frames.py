@@ -43,7 +43,7 @@ def frame(
         ValueError: If `displaced` is not the result of `static`, or `scale` is not a number above 0.
 
     Example:
-        >>> figure = wd.plots.frame(portal)
+        >>> figure = wd.plots.frame(portal, displaced=portal.static({"floor": {"fx": 1e4}}))  # N
         >>> figure.savefig("portal.png")
     """
     check_kind("plots.frame", "a Frame", frame, Frame, argument="frame")
