@@ -30,7 +30,7 @@ def test_a_displaced_shape_is_scaled_and_end_springs_are_circles():
     moved = found["displacement"].sel(node="J1_1", direction="ux").item()
     tops = [line.get_xdata()[1] for line in axes.lines if len(line.get_xdata()) == 2]
     assert np.isclose(tops, 10 * moved).any()
-    assert any(text.get_text() == "displacements times 10" for text in axes.texts)
+    assert axes.get_title().endswith("displacements times 10")
     hollow = [line for line in axes.lines if line.get_marker() == "o" and line.get_markerfacecolor() == "white"]
     assert len(hollow) == 6
     with pytest.raises(TypeError, match="takes a Frame"):

@@ -67,11 +67,12 @@ def frame(
             axes.annotate(literal(name), middle, fontsize=SMALL, color=COLOURS[0], ha="center", va="center",
                           bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.5}, zorder=4)  # fmt: skip
     _nodes(axes, frame, has_names=names)
+    text = f"{len(frame.nodes)} nodes, {len(frame.members)} members"
     if displaced is not None:
-        _displaced(axes, frame, displaced, scale, size)
+        text += f"; displacements times {_displaced(axes, frame, displaced, scale, size):.3g}"
     axes.set(aspect="equal", xlabel="x [m]", ylabel="y [m]")
     axes.margins(0.08)
-    title(axes, f"{len(frame.nodes)} nodes, {len(frame.members)} members")
+    title(axes, text)
     return result
 
 
@@ -89,7 +90,8 @@ def _nodes(axes: Axes, frame: Frame, *, has_names: bool) -> None:
             axes.annotate(literal(name), (x, y), (4, 4), textcoords="offset points", fontsize=SMALL, zorder=5)
 
 
-def _displaced(axes: Axes, frame: Frame, result: xr.Dataset, scale: float | None, size: float) -> None:
+def _displaced(axes: Axes, frame: Frame, result: xr.Dataset, scale: float | None, size: float) -> float:
+    """Draw the displaced members, and return the factor on the displacements."""
     check_dataset("plots.frame", result, "displacement", advice="give the result of static()", argument="displaced")
     moved = result["displacement"].sel(node=list(frame.nodes), direction=["ux", "uy"]).values
     largest = float(np.abs(moved).max())
@@ -98,12 +100,4 @@ def _displaced(axes: Axes, frame: Frame, result: xr.Dataset, scale: float | None
     shape = frame.coordinates + scale * moved
     for start, end in shape[frame.ends]:
         axes.plot(*np.transpose([start, end]), color=COLOURS[3], lw=1, zorder=1)
-    axes.annotate(
-        f"displacements times {scale:.3g}",
-        (0.98, 0.98),
-        xycoords="axes fraction",
-        fontsize=SMALL,
-        color=COLOURS[3],
-        ha="right",
-        va="top",
-    )
+    return scale
