@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 
 import numpy as np
 
@@ -90,7 +90,9 @@ class Sampler:
         """Points of the Latin hypercube, shape [structure, variable]; [[0]] for other samplings."""
         return np.zeros((1, 1)) if self._points is None else self._points
 
-    def draw(self, structures: np.ndarray, threads: int = 1, *, is_all: bool = True) -> dict[str, np.ndarray]:
+    def draw(
+        self, structures: np.ndarray, threads: int = 1, *, is_all: bool = True, only: Collection[str] | None = None
+    ) -> dict[str, np.ndarray]:
         """Return the scattered parameters of the given structures by name, shape [structure, storey] or [structure].
 
         Values of successive structures are contiguous in memory. For a LinearSystem the parameters are the factors on
@@ -101,6 +103,7 @@ class Sampler:
             threads: Number of CPU threads.
             is_all: Whether all other parameters have their nominal values. Then the drawn values are also checked for
                 contradictions with the nominal values.
+            only: Names of the parameters to return; None: all.
 
         Raises:
             ValueError: If a drawn value is out of the bounds of its parameter; the message names the parameter, the
@@ -108,19 +111,24 @@ class Sampler:
         """
         points = self._points_of(structures)
         nominal = self.structure.nominal_values
-        drawn = {name: np.empty((*nominal[name].shape, structures.size)).T for name in self.scatter}
+        names = self.scatter.keys() if only is None else only
+        drawn = {name: np.empty((*nominal[name].shape, structures.size)).T for name in self.scatter if name in names}
 
         def fill(part: slice) -> None:
             normals = self._normals(structures[part], None if points is None else points[part])
             row = 0
             for name, spread in self.scatter.items():
                 count = spread.variables(self.structure.length_of(name))
+                if name not in drawn:
+                    row += count
+                    continue
                 values = combined(nominal[name], spread, normals[row : row + count], structures[part])
                 if not isinstance(spread, GivenValues):
                     values = self.structure.tied(name, values)
                 drawn[name][part] = values.T
                 row += count
-            self._check({name: values[part] for name, values in drawn.items()}, structures[part], is_all)
+            taken = {name: values[part] for name, values in drawn.items()}
+            self._check(taken, structures[part], is_all and only is None)
 
         in_parts(fill, structures.size, threads)
         return drawn

@@ -28,8 +28,8 @@ class Inputs:
     def select(self, structures: np.ndarray) -> Inputs:
         """Return the inputs of other structures of the run (increasing indices)."""
         part = copy.copy(self)
-        part.__dict__.pop("assignment", None)
-        part.__dict__.pop("drawn", None)
+        for name in ("assignment", "drawn", "height"):
+            part.__dict__.pop(name, None)
         part.structures = structures
         return part
 
@@ -48,3 +48,10 @@ class Inputs:
     def drawn(self) -> Arrays:
         """Scattered parameters of the structures by name; the first dimension is the structure."""
         return self._sampler.draw(self.structures, self._threads)
+
+    @cached_property
+    def height(self) -> np.ndarray:
+        """Scattered storey heights [m], shape [structure, storey]."""
+        if "drawn" in self.__dict__:
+            return self.drawn["height"]
+        return self._sampler.draw(self.structures, self._threads, only=("height",))["height"]

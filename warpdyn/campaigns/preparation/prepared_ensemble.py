@@ -142,6 +142,11 @@ class PreparedEnsemble(Ensemble):
         """Scattered parameters of the structures by name; the first dimension is the structure."""
         return self._inputs.drawn
 
+    @property
+    def storey_heights(self) -> np.ndarray:
+        """Storey heights [m], shape [structure, storey]; [1, storey] if all structures have the same heights."""
+        return self._inputs.height if "height" in self.scene.scatter else super().storey_heights
+
     @cached_property
     def row(self) -> np.ndarray:  # type: ignore[override]
         """Row of each sample's structure in `drawn`, shape [sample]; 0 if nothing is drawn."""

@@ -21,16 +21,16 @@ SHARE_OF_FREE_MEMORY = 0.25
 CPU_BLOCK, GPU_BLOCK, LEAST_GPU_BLOCK, BLOCKS_PER_GPU = 2**20, 2**17, 2**18, 2
 LARGEST_GPU_BLOCK, WORK_OF_A_GPU_BLOCK = 2**20, 2**33  # work of a block: samples times steps times storeys
 # If a GPU reduces all samples to statistics, the only loss is Python's time per block, so few blocks are better. But
-# the
-# GPU is idle while the first block is prepared and the last block is collected, so blocks must not be too large.
-BLOCKS_OF_A_REDUCTION, LARGEST_OF_A_REDUCTION = 16, 2**19
+# the GPU is idle while the first block is prepared and the last block is collected, so blocks must not be too large: a
+# city of 1.84 million buildings took 5.6 s with 8 blocks (kernels 3.2 s), 5.6 s with 16 (3.5 s) and 5.9 s with 5 (3.1
+# s) on one H100; on two, 4.3 s, 4.6 s and 4.2 s.
+BLOCKS_OF_A_REDUCTION, LARGEST_OF_A_REDUCTION = 8, 2**20
 LEAST_RANGES = 8  # least number of rerun ranges in a block, so that blocks of whole ranges have about equal sizes
 BLOCKS_AHEAD = 4  # blocks that are prepared at the same time for each GPU
 # Work of a block for each CPU thread (samples times steps times storeys): a few seconds to 30 s, depending on the law.
 WORK_OF_A_BLOCK = 1e9
 # Host memory of a sample in progress [bytes]: its inputs, in the types of the schedule and of the kernel and, for a
-# GPU,
-# in page-locked memory. Copies of a structure's parameters: drawn, combined, packed and, for a GPU, page-locked.
+# GPU, in page-locked memory. Copies of a structure's parameters: drawn, combined, packed and, for a GPU, page-locked.
 BYTES_PER_SAMPLE, COPIES_OF_A_STRUCTURE = 120, 4
 MEMORY_OF_CHUNKS = 64 * 2**20  # bytes for eigenvalue problems, which are solved in parts, and for chunks of files
 

@@ -37,6 +37,8 @@ from warpdyn.model.ground_motions.motions import GroundMotion, motion_names, mot
 from warpdyn.model.ground_motions.pairs_of_motions import PairOfMotions
 from warpdyn.model.scene.scene import Scene
 
+SAMPLES_AT_A_TIME = 2**16  # samples that one thread divides by storey heights
+
 BECAUSE = "method_chosen_because"  # attribute of a run: the reason why its method is the default
 
 
@@ -205,12 +207,13 @@ def scattered_inputs(scene: Scene) -> dict[str, str]:
     return {scene.structure.input_name(name): name for name in scene.scatter}
 
 
-def fill_outcomes(run: Ensemble, rows: Arrays) -> None:
+def fill_outcomes(run: Ensemble, rows: Arrays, map_function: MapFunction = map) -> None:
     """Compute the integration steps [s] and drift ratios [1] of a block's samples and write them to rows.
 
     Args:
         run: Samples of the block.
         rows: Arrays by variable name, shape [sample, ...]; they are changed in place.
+        map_function: A function such as `map` that is called over parts of the samples and may run in parallel.
     """
     if "integration_step" in rows:
         rows["integration_step"][...] = run.steps
@@ -219,10 +222,17 @@ def fill_outcomes(run: Ensemble, rows: Arrays) -> None:
     drift, ratio = rows["peak_storey_drift"], rows["peak_storey_drift_ratio"]
     height = run.storey_heights
     # Inner loops over a few storeys are slow, so all samples of a structure form one row of these arrays.
-    shape = len(run.structures), -1
-    samples_per_structure = len(drift) // len(run.structures)
-    wide = np.tile(height.astype(ratio.dtype), (1, samples_per_structure))
-    np.divide(drift.reshape(shape), wide, out=ratio.reshape(shape))
+    structures = len(run.structures)
+    wide = np.tile(height.astype(ratio.dtype), (1, len(drift) // structures))
+    drifts, ratios = drift.reshape(structures, -1), ratio.reshape(structures, -1)
+
+    at_a_time = max(1, SAMPLES_AT_A_TIME * structures // len(drift))
+
+    def divide(first: int) -> None:
+        part = slice(first, first + at_a_time)
+        np.divide(drifts[part], wide[part] if len(wide) > 1 else wide, out=ratios[part])
+
+    list(map_function(divide, range(0, structures, at_a_time)))
 
 
 def _spread(values: np.ndarray, rows: np.ndarray) -> None:

@@ -90,6 +90,11 @@ class Block:
         """Ensemble of all samples of the present event."""
         return self.parts[self.event]
 
+    def of_standing(self, values: np.ndarray) -> np.ndarray:
+        """Return the values of the samples `standing` from those of all samples of the event, shape [sample]."""
+        # Indexing by sample takes ten times as long as returning the array.
+        return values if self.standing.size == values.size else values[self.standing]
+
     @property
     def samples(self) -> int:
         """Number of samples of the block in the dataset (those of the last event)."""
@@ -290,8 +295,6 @@ class Pipeline:
         """Wait for the present event of a block, rerun failed samples and complete all values, in the launch order."""
         whole, unstable, event = block.whole, block.unstable[block.event], block.event
         outputs = {name: block.own[name].T for name in whole.model.shapes}
-        stands = np.zeros(whole.size, dtype=bool)
-        stands[block.standing] = True
         is_mended = False
         if block.started is not None:
             began = time.perf_counter()
@@ -303,15 +306,19 @@ class Pipeline:
             self.findings[event].in_float64 += rerun_in_float64(whole, block.standing, found)
             self._flag(block, found, unstable)
             self.seconds_integrating += time.perf_counter() - began
-            self.findings[event].add_outcomes(found, ~unstable[block.standing])
+            self.findings[event].add_outcomes(found, ~block.of_standing(unstable))
             if block.found is not block.own:
                 for name, values in found.items():
                     outputs[name][..., block.standing] = values
+        stands = np.ones(whole.size, dtype=bool)
+        if block.standing.size < whole.size:
+            stands[:] = False
+            stands[block.standing] = True
         outputs["status"][unstable & stands] = UNSTABLE_STEP
         blank_failed(outputs, outputs["status"] >= DIVERGED)
         if is_mended and isinstance(whole.queue, CudaQueue):
             whole.queue.put_back(block.staying, block.own)
-        fill_outcomes(whole, block.own)
+        fill_outcomes(whole, block.own, map_function)
         if self.histories is not None:
             self.outcomes.append(outcomes_of(self.histories, whole, outputs["status"]))
         if self.sample_error is not None:
@@ -337,7 +344,7 @@ class Pipeline:
             unstable: Which samples have a step beyond the stability limit, shape [sample].
         """
         flags = np.full(block.whole.size, NOT_CHECKED, dtype=np.int8)
-        is_stable = ~unstable[block.standing]
+        is_stable = ~block.of_standing(unstable)
         if self._checks:
             stable = block.standing[is_stable]
             outputs = {name: values[..., is_stable] for name, values in found.items()}

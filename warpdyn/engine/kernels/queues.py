@@ -26,6 +26,7 @@ from warpdyn.foundations.core.thread_pool import as_finished
 SECONDS_OF_A_PIECE, MOST_GROWTH = 0.3, 16
 # Steps times storeys of the first piece; with the slowest laws it takes 0.5 s.
 FIRST_PIECE = 3e4
+ROWS_AT_A_TIME = 2**17  # samples of an output that one thread copies
 WAIT_FOR_GPU = 2e-4  # seconds between checks whether the GPU has finished or Ctrl-C was pressed
 # Number of blocks (groups of samples) on a GPU at the same time: while the host waits for one block, others use the
 # GPU. A block has one launch for each number of steps per interval; its launches run on STREAMS_OF_A_BLOCK streams.
@@ -334,9 +335,14 @@ class CudaQueue:
             self._arrived = self.stream.record_event()
 
     def read_into(self, rows: dict[str, np.ndarray], each: Callable[..., Iterable[object]] = map) -> None:
-        """Wait for the outputs and copy them into `rows`; `each(function, names)` may copy several in parallel."""
+        """Wait for the outputs and copy them into `rows`; `each(function, parts)` may copy parts in parallel."""
         self._wait(self._arrived)
-        list(each(lambda name: np.copyto(rows[name], self._arriving[name]), self._arriving))
+
+        def copy(part: tuple[str, int]) -> None:
+            name, first = part
+            np.copyto(rows[name][first : first + ROWS_AT_A_TIME], self._arriving[name][first : first + ROWS_AT_A_TIME])
+
+        list(each(copy, [(name, i) for name in self._arriving for i in range(0, len(rows[name]), ROWS_AT_A_TIME)]))
         self._settle()
         self._advance()
 

@@ -91,6 +91,9 @@ def _feed(digest: hashlib._Hash, value: Any) -> None:
         return
     kind = type(value)
     digest.update(f"<{kind.__module__}.{kind.__qualname__}".encode())
+    if hasattr(value, "own_fingerprint"):  # an immutable object that keeps its hash
+        digest.update(value.own_fingerprint.encode())
+        return
     if dataclasses.is_dataclass(value):
         held = {field.name: getattr(value, field.name) for field in dataclasses.fields(value)}
     elif hasattr(value, "__dict__"):

@@ -101,8 +101,17 @@ class GroundMotion(FrozenArrays):
     def description(self) -> dict[str, object]:
         """Return the motion as a dictionary for JSON: names, step, and number of samples and their digest (hash)."""
         said = {"name": self.name, "source": self.source, "step": self.step, "samples": self.acceleration.size}
-        said["digest"] = fingerprint(self.acceleration, self.step)[:16]
+        said["digest"] = self._digest[:16]
         return said | ({"record": self.record, "component": self.component} if self.record else {})
+
+    @cached_property
+    def own_fingerprint(self) -> str:
+        """Hash of the names, the step and the samples; a run with many motions reads it instead of the samples."""
+        return fingerprint(self.name, self.source, self.record, self.component, self._digest)
+
+    @cached_property
+    def _digest(self) -> str:
+        return fingerprint(self.acceleration, self.step)
 
     def _repr_html_(self) -> str:
         rows = {

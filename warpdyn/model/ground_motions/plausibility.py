@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from hashlib import blake2b
+from weakref import WeakKeyDictionary
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -17,6 +18,7 @@ FEWEST_IN_A_SET = 5  # a set with fewer motions is not searched for motions that
 FEWEST_CROSSINGS = 10  # a motion that crosses its baseline fewer times is not treated as a record
 MOST_DRIFT = 8.0  # velocity of the baseline over velocity of the rest of the motion; 0.2 % of white noise exceed it
 BESIDE = np.array([1, -1, 2, -2, 4, -4, 8, -8, 16, -16])  # distances from the peak of the compared values [samples]
+_BASELINES = WeakKeyDictionary[GroundMotion, float]()  # `baseline_over_peak` of motions that were checked before
 DUPLICATE = 1e-3  # largest difference of two copies of a record, divided by the peak
 
 
@@ -36,7 +38,10 @@ def add_motions(findings: PlausibilityFindings, motions: Sequence[GroundMotion],
     loud = np.flatnonzero(peaks > 0).tolist()  # motions of zeros are not checked, because they are intended
     findings.add_each("record_step", [motion.step for motion in motions], named)
     findings.add_each("peak_ground_acceleration", peaks[loud].tolist(), lambda place: named(loud[place]))
-    baselines = [baseline_over_peak(motions[index]) for index in loud]
+    for motion in motions:
+        if motion.peak_ground_acceleration > 0 and motion not in _BASELINES:
+            _BASELINES[motion] = baseline_over_peak(motion)
+    baselines = [_BASELINES[motions[index]] for index in loud]
     findings.add_each("record_baseline", baselines, lambda place: named(loud[place]))
 
 
