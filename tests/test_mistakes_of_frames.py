@@ -200,7 +200,7 @@ def test_wrong_reductions_are_refused():
     frame = wd.Frame(**arguments())
     for more, message in (
         ({"dofs": ["flor"]}, "did you mean 'floor'"),
-        ({"dofs": ["A ux"]}, "'A ux' is no free degree of freedom \\(it is fixed"),
+        ({"dofs": ["A ux"]}, "'A ux' is not a free degree of freedom \\(it is fixed"),
         ({"dofs": ["floor", "floor"]}, "listed twice"),
         ({"dofs": "floor"}, "dofs must be a list"),
         ({"dofs": ["B rz"]}, "'floor' has the mass 70000 and is not kept"),

@@ -32,7 +32,7 @@ def frame(
         frame: The frame.
         names: Whether nodes and members have their names.
         displaced: Result of `frame.static`, whose displacements are drawn as straight members.
-        scale: Factor on the displacements; None: the largest is 8 % of the size of the frame.
+        scale: Factor on the displacements [1]; None: the largest is 8 % of the size of the frame.
         ax: Axes to draw into; None: a new figure.
 
     Returns:

@@ -44,7 +44,7 @@ class Frame(FrameStoreys, FrameMatrices):
     Each table is a dictionary {name: {column: value}} (or {name: list of values in the order of the columns}), a
     DataFrame, or the path of a CSV file; the names are in the index or in the column "node", "member" or "section".
     y points up. Each node can move in x and y ("ux", "uy" [m]) and rotate counter-clockwise ("rz" [rad]). A rotation
-    that no member resists, such as that of a node with trusses only, is no degree of freedom.
+    that no member resists, such as that of a node with trusses only, is not a degree of freedom.
 
     Args:
         nodes: Columns: `x`, `y` [m]; optional `support` ("fixed", "pinned", "roller" (uy) or "none"), `diaphragm` (its
@@ -215,7 +215,7 @@ class Frame(FrameStoreys, FrameMatrices):
 
     @suggests_names
     def modal(self, *, modes: int | None = None, p_delta: bool = False) -> xr.Dataset:
-        """Return periods, shapes, participation factors and effective masses of undamped modes, as of other structures.
+        """Return periods, shapes, participation factors and effective masses of the undamped modes.
 
         Degrees of freedom without mass are eliminated by static condensation, which is exact.
 
@@ -343,7 +343,7 @@ class Frame(FrameStoreys, FrameMatrices):
             ("members", self.members, MEMBER_COLUMNS),
             ("sections", self.sections, SECTION_COLUMNS),
         )
-        # Supports, diaphragms and masses of the table of nodes are among those of the arguments.
+        # The arguments supports, diaphragms and masses contain those of the table of nodes.
         elsewhere = ("support", "diaphragm", "mass")
         found: dict[str, Any] = {
             argument: {

@@ -105,7 +105,7 @@ def check_moves(frame: Frame) -> None:
 
 
 def free_motion(stiffness: sparse.csc_array) -> int | None:
-    """Return the number of the degree of freedom that moves most without resistance; None if there is none."""
+    """Return the number of the degree of freedom that moves most without resistance, or None if the frame is stable."""
     diagonal = stiffness.diagonal()
     if (diagonal <= 0).any():
         return int(np.argmax(diagonal <= 0))

@@ -67,7 +67,7 @@ def read_table(argument: str, given: object, noun: str, columns: Mapping[str, Co
         argument: Name of the argument, for errors.
         given: {name: {column: value}} or {name: [values in the order of the columns]}; a DataFrame, whose index or
             column `noun` contains the names; or a CSV file with such a column.
-        noun: What a row describes, such as "node".
+        noun: Noun for a row, such as "node".
         columns: Name of a column -> its properties.
 
     Raises:
