@@ -220,3 +220,32 @@ def test_vertical_masses_give_a_second_component_of_the_base_motion():
     np.testing.assert_allclose(np.diag(structure.matrices["stiffness_matrix"]), [lateral, vertical], rtol=1e-12)
     run = wd.simulate(wd.Scene(structure, wd.PairOfMotions(pulse(1, 0.7, 0.4), pulse(2, 0.3, 0.4))), **SETTINGS)
     assert (run["peak_displacement"] > 0).all()
+
+
+def test_equipment_on_a_frame_and_its_scene():
+    structure = two_storey().lumped(p_delta=True, damping="modal", damping_ratio=0.02, drift_capacity=0.1)
+    equipped = wd.with_equipment(structure, "floor 2", 2e3, tuned_to_mode=1, damping_ratio=0.01)
+    motion = pulse(1.0, 0.7, 0.4)
+    run = wd.simulate(wd.Scene(equipped, motion), device="cpu")
+    assert run["spring"].values.tolist() == ["storey 1", "storey 2", "equipment"]
+    assert equipped.springs[0].deformation_capacity == pytest.approx(0.1 * 180 * 0.0254)
+    again = wd.simulate(wd.Scene.from_json(run.attrs["scene"], motion), device="cpu")
+    for name in ("peak_output", "peak_spring_deformation"):
+        assert again[name].equals(run[name])
+
+
+def test_blocks_of_structures_that_threads_draw_have_their_own_matrices():
+    frame = portal()
+    structure = frame.lumped(damping="modal", damping_ratio=0.05)
+    scatter = {"second_moment": wd.RandomFactor(wd.Lognormal(1.0, 0.3), per="member")}
+    motion = pulse(1.0, 0.7, 0.4)
+    whole = wd.simulate(wd.Scene(structure, motion, scatter), structures=3000, seed=1, step=0.01, device="cpu")
+    values = whole["second_moment"].values.astype(float)
+    found = structure.elastic_matrices({"second_moment": values})[:, 0, 0]
+    for sample in (0, 1499, 2999):
+        alone = structure.elastic_matrices({"second_moment": values[sample : sample + 1]})[0, 0, 0]
+        assert found[sample] == pytest.approx(alone, rel=1e-12)
+    some = np.array([0, 700, 1500, 2222, 2999])
+    given = {"second_moment": wd.GivenValues(values[some])}
+    due = wd.simulate(wd.Scene(structure, motion, given), structures=5, step=0.01, device="cpu")
+    np.testing.assert_allclose(whole["peak_output"][some], due["peak_output"], rtol=2e-5)

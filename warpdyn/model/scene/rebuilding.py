@@ -22,7 +22,7 @@ from warpdyn.model.scene import distributions, scatter
 from warpdyn.model.scene.portfolio import Archetype, Portfolio
 from warpdyn.model.structures.builders.torsional_building import TorsionalBuilding
 from warpdyn.model.structures.frames.frame import Frame
-from warpdyn.model.structures.frames.reduced_frame import ReducedFrame
+from warpdyn.model.structures.frames.reduced_frame import Gauge, ReducedFrame
 from warpdyn.model.structures.lumped.biaxial_spring import BiaxialSpring
 from warpdyn.model.structures.lumped.spring import Spring
 from warpdyn.model.structures.lumped.structure import MATRICES, LumpedStructure
@@ -191,12 +191,12 @@ class Rebuilding:
         """Return the lumped structure that a JSON object without its type describes."""
         _check_keys(told, where, (), ("degrees_of_freedom", "mass", "springs", "influence", "damping"))
         check_written(told.get("written_laws", {}), f"from_json(): {where}")
-        springs = [
-            (BiaxialSpring if "direction_x" in each else Spring)(
-                **{name: self.value(value, f"{where}.springs.{name}") for name, value in each.items()}
-            )
-            for each in told["springs"]
-        ]
+        springs = []
+        for each in told["springs"]:
+            kind = BiaxialSpring if "direction_x" in each else Gauge if "is_gauge" in each else Spring
+            values = {name: self.value(value, f"{where}.springs.{name}") for name, value in each.items()}
+            values.pop("is_gauge", None)
+            springs.append(kind(**values))
         names = told["degrees_of_freedom"]
         mass = self._numbers(told["mass"], f"{where}.mass").tolist()
         chosen: dict[str, Any] = {name: told[name] for name in ("damping", "damping_ratio", "outputs") if name in told}

@@ -34,7 +34,9 @@ def kept_places(frame: Frame, dofs: Sequence[str] | None, mass: np.ndarray, redu
         if name not in names:
             fixed = " (it is fixed, or no member resists it)" if name in frame.numbering.names else ""
             hint = "" if fixed else did_you_mean(name, names)
-            raise ValueError(f"dofs: {name!r} is not a free degree of freedom{fixed}{hint}; there are {shortened(names)}")
+            raise ValueError(
+                f"dofs: {name!r} is not a free degree of freedom{fixed}{hint}; there are {shortened(names)}"
+            )
         if names.index(name) in kept:
             raise ValueError(f"dofs: {name!r} is listed twice")
         kept.append(names.index(name))

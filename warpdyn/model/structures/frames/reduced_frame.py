@@ -34,9 +34,14 @@ MOST_VALUES = 2**23  # of the matrices of the structures that are reduced at onc
 class Gauge(Spring):
     """A spring without stiffness, whose deformation is a storey drift or the displacement of a degree of freedom."""
 
-    def __init__(self, name: str, direction: Mapping[str, float], capacity: float | None) -> None:
+    def __init__(self, name: str, direction: Mapping[str, float], capacity: float | None = None) -> None:
         super().__init__(name, direction, stiffness=1.0, deformation_capacity=capacity)
         self.stiffness = 0.0
+
+    def description(self) -> dict[str, object]:
+        """Return the gauge as a dictionary, for the JSON of its scene."""
+        said: dict[str, object] = {"name": self.name, "direction": self.direction, "is_gauge": True}
+        return said if self.deformation_capacity is None else said | {"capacity": self.deformation_capacity}
 
 
 class ReducedFrame(LumpedStructure):
@@ -265,9 +270,10 @@ class ReducedFrame(LumpedStructure):
         """Return the reduced matrices of structures with drawn section properties, first dimension structure or 1."""
         given = [np.atleast_2d(values.get(name, nominal)) for name, nominal in self._sections_by_name.items()]
         given = [each[:1] if len(each) > 1 and (each == each[:1]).all() else each for each in given]
-        last = self._last
-        if "given" in last and all(np.array_equal(*pair) for pair in zip(last["given"], given, strict=True)):
-            return dict(last["found"])
+        # Several threads draw structures: what one of them reads is one object.
+        last = self._last.get("entry")
+        if last is not None and all(np.array_equal(*pair) for pair in zip(last[0], given, strict=True)):
+            return dict(last[1])
         count = max(map(len, given))
         sections = [np.broadcast_to(each, (count, each.shape[1])) for each in given]
         size = self.frame.numbering.free.size
@@ -277,8 +283,7 @@ class ReducedFrame(LumpedStructure):
             for first in range(0, count, step)
         ]
         found = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
-        last.clear()
-        last.update(given=[each.copy() for each in given], found=found)
+        self._last["entry"] = [each.copy() for each in given], found
         return dict(found)
 
     @property
