@@ -15,6 +15,7 @@ from warpdyn.foundations.core.frozen_values import FrozenMapping
 from warpdyn.model.structures.frames.choices import checked_outputs, kept_places
 from warpdyn.model.structures.frames.members.elements import Sections
 from warpdyn.model.structures.frames.members.forces import force_names, force_rows
+from warpdyn.model.structures.frames.members.matrices import Bent
 from warpdyn.model.structures.frames.reduction import free_matrices, inner_masses, reduced, shapes_of
 from warpdyn.model.structures.lumped.spring import Spring
 from warpdyn.model.structures.lumped.structure import MOST_DOFS, LumpedStructure
@@ -160,13 +161,13 @@ class ReducedFrame(LumpedStructure):
         self, names: Sequence[str], stiffness: np.ndarray, shapes: np.ndarray
     ) -> dict[str, dict[str, float]]:
         """Return the outputs, and note the places of those that are not 0 for any section properties."""
-        every, rows = self._rows(stiffness[None], shapes[None], self.frame.nominal)
+        every, rows = self._rows(stiffness[None], shapes[None], self.frame.bent(self.frame.nominal))
         random = np.random.default_rng(0)
         other = Sections(*(each * random.uniform(0.8, 1.2, each.shape) for each in self._nominal_sections))
         numbering, mass = self.frame.numbering, self.frame.mass()[self.frame.numbering.free]
         changed = numbering.assembled_of_many(self.frame.stiffness_of_members(other), has_springs=True)
         of_changed = shapes_of(changed, mass[:, numbering.free].toarray()[None], self.kept, self.interface_modes)
-        acts = rows[0].any(axis=1) | self._rows(changed, of_changed, other)[1][0].any(axis=1)
+        acts = rows[0].any(axis=1) | self._rows(changed, of_changed, self.frame.bent(other))[1][0].any(axis=1)
         self.output_places = np.flatnonzero(acts)
         found = {}
         for place in self.output_places:
@@ -176,9 +177,7 @@ class ReducedFrame(LumpedStructure):
             found[every[place]] = dict(zip(names, row.tolist(), strict=True))
         return found
 
-    def _rows(
-        self, stiffness: np.ndarray, shapes: np.ndarray, sections: Sections
-    ) -> tuple[tuple[str, ...], np.ndarray]:
+    def _rows(self, stiffness: np.ndarray, shapes: np.ndarray, bent: Bent) -> tuple[tuple[str, ...], np.ndarray]:
         """Return the names of outputs and their coefficients, shape [structure, output, dof]."""
         frame, count, dofs = self.frame, *shapes.shape[::2]
         free_names = list(frame.numbering.free_names)
@@ -197,7 +196,7 @@ class ReducedFrame(LumpedStructure):
             rows.append((moved @ stiffness)[:, None] @ shapes)
         if "member_force" in self.output_kinds:
             names += force_names(self.members_out)
-            rows.append(force_rows(frame, self.members_out, shapes, sections))
+            rows.append(force_rows(frame, self.members_out, shapes, bent))
         found = np.concatenate(rows, axis=1) if rows else np.zeros((count, 0, dofs))
         return tuple(names), found
 
@@ -294,16 +293,16 @@ class ReducedFrame(LumpedStructure):
         """Return the reduced matrices of some structures."""
         frame, numbering = self.frame, self.frame.numbering
         free = numbering.free
-        stiffness = numbering.assembled_of_many(frame.stiffness_of_members(sections), has_springs=True)
-        of_members = np.broadcast_to(frame.mass_of_members(sections), (len(stiffness), *frame.geometry.to_local.shape))
-        mass = numbering.assembled_of_many(of_members) + np.diag(frame.lumped_masses[free])
+        bent = frame.bent(sections)
+        stiffness = numbering.assembled_of_many(frame.stiffness_of_members(sections, bent), has_springs=True)
+        mass = numbering.assembled_of_many(frame.mass_of_members(sections)) + np.diag(frame.lumped_masses[free])
         shapes = shapes_of(stiffness, mass, self.kept, self.interface_modes)
         moved = numbering.is_horizontal[free].astype(float)
         found = {
             "stiffness": reduced(stiffness, shapes),
             "mass": reduced(mass, shapes),
             "load": np.swapaxes(shapes, 1, 2) @ (mass @ moved)[..., None],
-            "output": self._rows(stiffness, shapes, sections)[1][:, self.output_places],
+            "output": self._rows(stiffness, shapes, bent)[1][:, self.output_places],
         }
         found["load"] = found["load"][..., 0]
         # Fixed-interface modes are decoupled from each other and from the kept displacements.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
@@ -25,6 +25,8 @@ from warpdyn.model.structures.frames.tables.table import Rows
 if TYPE_CHECKING:
     from scipy import sparse
 
+Bent: TypeAlias = tuple[np.ndarray, EndConditions]
+
 
 class FrameMatrices:
     """Methods of a Frame that return matrices; section properties have the last dimension member."""
@@ -39,7 +41,7 @@ class FrameMatrices:
     nominal: Sections
     numbering: Numbering
 
-    def bent(self, sections: Sections) -> tuple[np.ndarray, EndConditions]:
+    def bent(self, sections: Sections) -> Bent:
         """Return the local stiffness without releases, and the effect of end springs, shape [..., member, 6, 6]."""
         stiffness = beam_stiffness(self.geometry, sections)
         return stiffness, end_conditions(self.geometry, stiffness)
@@ -50,22 +52,37 @@ class FrameMatrices:
         found: np.ndarray = to_local.transpose(0, 2, 1) @ local @ to_local
         return found
 
-    def stiffness_of_members(self, sections: Sections) -> np.ndarray:
-        """Return the stiffness matrices of members in the displacements of their nodes, shape [..., member, 6, 6]."""
-        stiffness, conditions = self.bent(sections)
+    def stiffness_of_members(self, sections: Sections, bent: Bent | None = None) -> np.ndarray:
+        """Return the stiffness matrices of members in the displacements of their nodes, shape [..., member, 6, 6].
+
+        Args:
+            sections: Section properties.
+            bent: Result of `bent` for these sections, if it is known.
+        """
+        stiffness, conditions = bent or self.bent(sections)
         local = stiffness @ conditions.ends
         return self.in_nodes((local + np.swapaxes(local, -1, -2)) / 2)
 
     def geometric_of_members(self, axial: np.ndarray, sections: Sections) -> np.ndarray:
-        """Return the geometric stiffness of members; `axial`: tension [N], shape [..., member]."""
+        """Return the geometric stiffness of members; `axial`: tension [N], shape [member].
+
+        That of strings is [member, 6, 6], because it does not depend on the sections; others are [..., member, 6, 6].
+        """
+        if self.geometric_kind == "string":
+            unit = geometric_stiffness_of(self.geometry, "string", np.zeros(len(self.geometry.length)))
+            return self.in_nodes(unit * axial[:, None, None])
         _, conditions = self.bent(sections)
         unit = geometric_stiffness_of(self.geometry, self.geometric_kind, shear_ratio(self.geometry, sections))
         local = np.swapaxes(conditions.ends, -1, -2) @ unit @ conditions.ends
-        return self.in_nodes(local * np.asarray(axial)[..., None, None])
+        return self.in_nodes(local * axial[:, None, None])
 
     def mass_of_members(self, sections: Sections) -> np.ndarray:
-        """Return the mass matrices of members in the displacements of their nodes, shape [..., member, 6, 6]."""
-        local = mass_of(self.geometry, self.member_mass, shear_ratio(self.geometry, sections))
+        """Return the mass matrices of members in the displacements of their nodes, shape [..., member, 6, 6].
+
+        Lumped masses do not depend on the sections: shape [member, 6, 6].
+        """
+        one = shear_ratio(self.geometry, sections if self.member_mass == "consistent" else self.nominal)
+        local = mass_of(self.geometry, self.member_mass, one)
         if self.member_mass == "consistent":
             _, conditions = self.bent(sections)
             local = np.swapaxes(conditions.ends, -1, -2) @ local @ conditions.ends
