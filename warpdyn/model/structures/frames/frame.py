@@ -53,7 +53,7 @@ class Frame(FrameStoreys, FrameMatrices):
             force), `release` ("start", "end" or "both": hinges), `spring_start`, `spring_end` (rotational springs
             between joint and member end [N m/rad]; infinite: rigid), `offset_start_x`, `offset_start_y`,
             `offset_end_x`, `offset_end_y` (rigid end offsets from node to member end [m]), `gravity_load` (downward,
-            along the length [N/m]).
+            along the length [N/m]), `p_delta` ("yes", or "no" for a member without geometric stiffness).
         sections: Columns: `elastic_modulus` [Pa], `area` [m2]; `second_moment` [m4] (of beams); optional
             `shear_modulus` [Pa] and `shear_area` [m2] (shear deformation: Timoshenko), `mass_per_length` [kg/m],
             `moment_capacity` [N m], `axial_capacity` [N], `shear_capacity` [N] (for demand-capacity ratios).

@@ -15,8 +15,6 @@ from warpdyn.foundations.core.checks import real_number
 from warpdyn.model.structures.frames.members.elements import (
     ROTATIONS,
     fixed_end_forces,
-    geometric_stiffness_of,
-    shear_ratio,
 )
 from warpdyn.model.structures.frames.tables.columns import DIRECTIONS, FORCES
 from warpdyn.model.structures.frames.tables.table import Rows, check_names_known, numbers
@@ -168,9 +166,8 @@ def _linear(
     at_ends = np.einsum("mij,mj->mi", conditions.ends, joints)
     ends = own + np.einsum("mij,mj->mi", local, at_ends)
     if axial.any():
-        unit = geometric_stiffness_of(geometry, frame.geometric_kind, shear_ratio(geometry, frame.nominal))
-        tied = np.swapaxes(conditions.ends, -1, -2) @ unit @ conditions.ends
-        ends = ends + axial[:, None] * np.einsum("mij,mj->mi", tied, joints)
+        softening = frame.local_geometric(axial, conditions)
+        ends = ends + np.einsum("mij,mj->mi", softening, joints)
     return displacement, ends
 
 

@@ -69,12 +69,27 @@ class FrameMatrices:
         That of strings is [member, 6, 6], because it does not depend on the sections; others are [..., member, 6, 6].
         """
         if self.geometric_kind == "string":
-            unit = geometric_stiffness_of(self.geometry, "string", np.zeros(len(self.geometry.length)))
-            return self.in_nodes(unit * axial[:, None, None])
+            return self.in_nodes(self.local_geometric(axial, None))
         _, conditions = self.bent(sections)
-        unit = geometric_stiffness_of(self.geometry, self.geometric_kind, shear_ratio(self.geometry, sections))
-        local = np.swapaxes(conditions.ends, -1, -2) @ unit @ conditions.ends
-        return self.in_nodes(local * axial[:, None, None])
+        return self.in_nodes(self.local_geometric(axial, conditions, sections))
+
+    def local_geometric(
+        self, axial: np.ndarray, conditions: EndConditions | None, sections: Sections | None = None
+    ) -> np.ndarray:
+        """Return the geometric stiffness in local axes, 0 for members with `p_delta="no"`, shape [..., member, 6, 6].
+
+        Args:
+            axial: Tension [N], shape [member].
+            conditions: Effect of end springs; None for strings, which have no stiffness against rotations.
+            sections: Section properties; None: the nominal ones.
+        """
+        axial = np.where([row["p_delta"] == "yes" for row in self.members.values()], axial, 0.0)
+        phi = shear_ratio(self.geometry, self.nominal if sections is None else sections)
+        unit = geometric_stiffness_of(self.geometry, self.geometric_kind, phi) * axial[:, None, None]
+        if conditions is None or self.geometric_kind == "string":
+            return unit
+        found: np.ndarray = np.swapaxes(conditions.ends, -1, -2) @ unit @ conditions.ends
+        return found
 
     def mass_of_members(self, sections: Sections) -> np.ndarray:
         """Return the mass matrices of members in the displacements of their nodes, shape [..., member, 6, 6].

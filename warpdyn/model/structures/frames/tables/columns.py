@@ -38,6 +38,7 @@ MEMBER_COLUMNS = {
     "spring_end": Column(np.inf, "N m/rad", least=0.0, may_be_infinite=True),
     **{f"offset_{end}_{axis}": Column(0.0, "m") for end in ("start", "end") for axis in "xy"},
     "gravity_load": Column(0.0, "N/m"),
+    "p_delta": Column("yes", is_text=True, allowed=("yes", "no")),
 }
 SECTION_COLUMNS = {
     "elastic_modulus": Column(units="Pa", above=0.0),
