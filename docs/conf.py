@@ -39,12 +39,14 @@ extensions = [
     "sphinx.ext.viewcode",
     "sphinx_copybutton",
     "sphinx_design",
+    "generate.accessible",
     "generate.equations",
     "generate.front.thumbnails",
 ]
 html_math_renderer = "mathml"  # of generate.equations: pages show equations without a network
 templates_path = ["_templates"]
-exclude_patterns = ["README.md", "**/generated/_*.md"]  # the latter are parts of other pages
+# The second are parts of other pages, the third is offered for download and installs a wheel.
+exclude_patterns = ["README.md", "**/generated/_*.md", "tutorials/hosted_gpu.ipynb"]
 suppress_warnings = ["mystnb.unknown_mime_type"]  # a progress bar has no picture in a printed page
 
 # Pages
@@ -116,6 +118,7 @@ html_title = "warpdyn"
 html_static_path = ["_static"]
 html_favicon = "_static/favicon.svg"
 html_css_files = ["site.css"]
+html_js_files = ["site.js"]
 html_show_sourcelink = False
 html_copy_source = False
 SINGLE = ("getting_started", "gallery", "comparison", "faq", "release_notes", "citation", "licence")

@@ -30,7 +30,8 @@ STIFFNESS, YIELD_FORCE = 1.0e7, 1.0e5  # N/m and N, so the yield drift is 10 mm
 YIELD_DRIFT = YIELD_FORCE / STIFFNESS
 DUCTILITIES, CYCLES = (0.8, 1.5, 2.0, 3.0, 4.0, 6.0, 8.0, 10.0), 2  # amplitudes of the cycles; cycles at each
 DRIFT_STEP = YIELD_DRIFT / 100  # drift increment per step [m]
-COLUMNS = 5  # number of panels in a row of the figure
+COLUMNS = 3  # number of panels in a row of the figure
+TEXT = 8.5  # font size [pt]; at least 11 px in a figure 9 inches wide on the page
 
 
 def protocol() -> np.ndarray:
@@ -72,7 +73,7 @@ def draw(result: xr.Dataset) -> Figure:
     """Draw one panel per law (force over yield force against ductility), and one panel with the imposed cycles."""
     laws = result["law"].values.tolist()
     rows = -(-(len(laws) + 1) // COLUMNS)
-    figure = Figure(figsize=(11.5, 2.3 * rows + 0.4), layout="constrained")
+    figure = Figure(figsize=(9.0, 2.1 * rows + 0.4), layout="constrained")
     panels = figure.subplots(rows, COLUMNS, sharex=False, sharey=False).ravel()
     ductility = result["storey_drift"].values / YIELD_DRIFT
     forces, energies = result["storey_force"].values / YIELD_FORCE, in_yield_energies(result)
@@ -81,23 +82,23 @@ def draw(result: xr.Dataset) -> Figure:
         axes.plot(ductility, force, color=COLOURS[0], lw=0.7)
         _frame(axes, law.replace("ibarra_medina_krawinkler", "ibarra_..."))
         axes.set(xlim=(-11, 11), ylim=(-largest, largest))
-        axes.tick_params(labelleft=i % COLUMNS == 0, labelbottom=i + COLUMNS >= len(panels))
+        axes.tick_params(labelleft=i % COLUMNS == 0, labelbottom=i + COLUMNS >= len(laws))
         text = f"{result['opensees_material'].values[i]}\n{energy:.0f} $F_y d_y$"
-        axes.text(0.97, 0.04, text, transform=axes.transAxes, ha="right", va="bottom", fontsize=7)
+        axes.text(0.97, 0.04, text, transform=axes.transAxes, ha="right", va="bottom", fontsize=TEXT)
     last = panels[len(laws)]
     last.plot(np.linspace(0, 1, ductility.size), ductility, color=COLOURS[3], lw=0.8)
     _frame(last, "ductility of all, step by step")
     last.tick_params(left=False, labelleft=False, right=True, labelright=True, bottom=False, labelbottom=False)
     for axes in panels[len(laws) + 1 :]:
         axes.set_axis_off()
-    figure.supxlabel("Ductility: storey drift over yield drift", fontsize=9)
-    figure.supylabel("Storey force over yield force", fontsize=9)
+    figure.supxlabel("Ductility: storey drift over yield drift", fontsize=TEXT + 0.5)
+    figure.supylabel("Storey force over yield force", fontsize=TEXT + 0.5)
     return figure
 
 
 def _frame(axes: Axes, title: str) -> None:
-    axes.set_title(title, fontsize=8)
-    axes.tick_params(labelsize=7)
+    axes.set_title(title, fontsize=TEXT)
+    axes.tick_params(labelsize=TEXT)
     axes.axhline(0, color="0.7", lw=0.5, zorder=0)
     axes.axvline(0, color="0.7", lw=0.5, zorder=0)
     axes.grid(alpha=0.25)

@@ -122,7 +122,7 @@ def by_type(shares: xr.Dataset) -> xr.DataArray:
 
 def draw(result: xr.Dataset) -> Figure:
     """Return a figure of the shares for each record pair, and for each building type as the mean over the pairs."""
-    figure = Figure(figsize=(11.0, 6.2), layout="constrained")
+    figure = Figure(figsize=(9.0, 7.2), layout="constrained")
     city, types = figure.subplots(1, 2)
     ordered = result["damage_share"].isel(event=np.argsort(result["damage_share"].sel(damage_state="none").values))
     of_types = result["type_damage_share"].mean("event")
@@ -135,7 +135,7 @@ def draw(result: xr.Dataset) -> Figure:
             width = 100 * shares.sel(damage_state=state).values
             axes.barh(np.arange(labels.size), width, left=left, color=colour, label=str(state), height=0.82)
             left += width
-        axes.set_yticks(np.arange(labels.size), labels, fontsize=8)
+        axes.set_yticks(np.arange(labels.size), labels, fontsize=8.5)
         axes.set_ylim(labels.size - 0.5, -0.5)
         axes.set_xlim(0, 100)
         axes.set_xlabel("buildings [%]")

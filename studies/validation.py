@@ -1,6 +1,6 @@
-"""Table of the validation report: errors that tests measure with independent references.
+"""Table of the summary of checks (docs/verification/checks.md): errors that tests measure with independent references.
 
-    python studies/validation.py --out docs/validation
+    python studies/validation.py --out docs/verification
 
 The study runs the tests that use the fixture `measured` (tests/validation.py) on this machine, and writes measured.csv.
 This file has one row per claim (statement on accuracy), with the reference, the largest error of all cases, the bound

@@ -106,13 +106,13 @@ def _forget_kernels_of_another_level() -> None:
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
-    """Let the study of the validation report ask for the figures that tests measure."""
+    """Let the study of the summary of checks ask for the figures that tests measure."""
     parser.addoption("--validation", metavar="FILE", help="run what uses `measured` alone, and write its figures")
 
 
 @pytest.fixture
 def measured(request: pytest.FixtureRequest) -> Measured:
-    """Return the function that holds a figure to its bound, and keeps it for the validation report."""
+    """Return the function that holds a figure to its bound, and keeps it for the summary of checks."""
     test = f"{request.path.name}::{request.node.originalname}"
     is_thorough = request.node.get_closest_marker("thorough") is not None
     return Measured(test, request.config.getoption("--validation"), is_thorough=is_thorough)

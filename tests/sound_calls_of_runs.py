@@ -19,6 +19,10 @@ def with_runs(folder: Path) -> dict[str, Call]:
     building, scene, run, curves, hazard, limits = (
         ns[name] for name in ("building", "scene", "run", "curves", "hazard", "limits")
     )
+    falling = wd.laws.IbarraMedinaKrawinklerBilinear(
+        yield_force=5e5, plastic_drift_to_capping=0.04, post_capping_drift=0.1, capping_force_ratio=1.1
+    )
+    falling = wd.ShearBuilding(1e5, 4e7, 3.0, law=falling)
     cloud = wd.simulate(wd.Scene(building, wd.Cloud(ns["motions"]), ns["scatter"]), structures=4)
     found = wd.capacities(scene, LIMITS, structures=2, keep_curves=True)
     losses, both = wd.vulnerability(curves, RATIOS), run.merge(curves, combine_attrs="no_conflicts")
@@ -55,6 +59,15 @@ def with_runs(folder: Path) -> dict[str, Call]:
         "pushover": (
             wd.pushover,
             {"building": building, "roof_displacement": [0.0, 0.01, 0.02], "pattern": "first_mode"},
+        ),
+        "period_based_ductility": (
+            wd.period_based_ductility,
+            {"building": falling, "pushed": wd.pushover(falling, [0.0, 0.05, 0.1, 0.2]), "period": 0.8},
+        ),
+        "exceedance_probability": (
+            wd.exceedance_probability,
+            {"run": cloud.isel(sample=cloud["structure"].values == 0), "limits": limits}
+            | {"demand": "peak_storey_drift_ratio", "confidence": 0.9},
         ),
         "storey_hysteresis": (wd.storey_hysteresis, {"building": building, "drift": [0.0, 0.01, -0.01]}),
         "response_spectra": (

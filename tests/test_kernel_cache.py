@@ -202,7 +202,14 @@ def test_lines_are_written_even_if_warp_cannot_be_initialised(monkeypatch, capfd
     assert capfd.readouterr().err == "Warp error\n"
 
 
-def test_a_new_process_writes_nothing_about_a_missing_driver():
-    code = "from warpdyn.engine.kernels.kernel_cache import initialise; initialise()"
+FIRST_CALLS = {
+    "initialise": "from warpdyn.engine.kernels.kernel_cache import initialise; initialise()",
+    "pushover": "import warpdyn as wd; wd.pushover(wd.ShearBuilding(1e5, 4e7, 3.0), [0.0, 0.01])",
+    "hysteresis": "import warpdyn as wd; wd.storey_hysteresis(wd.ShearBuilding(1e5, 4e7, 3.0), [0.0, 0.01])",
+}
+
+
+@pytest.mark.parametrize("code", FIRST_CALLS.values(), ids=FIRST_CALLS)
+def test_a_new_process_writes_nothing_about_a_missing_driver(code):
     result = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert kernel_cache.NO_DRIVER.decode() not in result.stderr

@@ -204,7 +204,7 @@ WRONG = [
     (lambda: torsional_matrices([1e5], PLAN, [(0.0, 5.0)]), r"frames\[0\] must be x \[m\], y \[m\] and angle"),
     (lambda: torsional_matrices([1e5], PLAN, []), "frames is empty"),
     (lambda: torsional_matrices([1e5, 0.0], PLAN, ONE), "floor_mass of floor 2 is 0 kg; it must be above 0"),
-    (lambda: torsional_matrices(1e5, PLAN, ONE), "floor_mass must be one value per floor"),
+    (lambda: torsional_matrices(1e5, PLAN, ONE), "floor_mass must be a list with one value per floor"),
     (lambda: torsional_matrices([1e5], [20.0, 12.0], ONE), r"plan must be \[\[x from, x to\]"),
     (lambda: torsional_matrices([1e5], PLAN, ONE, mass_centre=[[0, 0], [1, 1]]), "mass_centre must be x, y"),
     (lambda: torsional_matrices([1e5], PLAN, ONE, inertia=-1.0), "inertia must be above 0"),

@@ -37,6 +37,16 @@ def test_the_version_stands_in_one_place_and_its_copies_follow():
 
 
 @fast
+def test_the_changelog_begins_with_this_version_or_with_the_next():
+    """After a release, the first section may be the next version's: it is unreleased, and the release follows it."""
+    sections = re.findall(r"^## \[(.+)\] - (.+)$", (ROOT / "CHANGELOG.md").read_text(), flags=re.MULTILINE)
+    if sections[0][1] == "unreleased":
+        assert tuple(map(int, sections[0][0].split("."))) > tuple(map(int, wd.__version__.split(".")))
+        del sections[0]
+    assert sections[0] == (wd.__version__, str(CITATION["date-released"]))
+
+
+@fast
 def test_the_recipe_asks_for_what_the_package_asks_for():
     project = PROJECT["project"]
     asked = {Requirement(line).name: str(Requirement(line).specifier) for line in project["dependencies"]}

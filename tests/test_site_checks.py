@@ -12,6 +12,7 @@ from typing import Any
 
 import pytest
 from conftest import ROOT
+from PIL import Image, ImageChops
 
 pytestmark = pytest.mark.fast
 FRONT = ROOT / "docs" / "_static" / "front"
@@ -106,3 +107,47 @@ def test_text_of_the_front_pictures_is_readable() -> None:
     assert (pictures.TEXT - 0.5) / (72 * pictures.SIZE[0]) * 300 >= 11
     names = ("building", "curves", "speed")
     assert all((FRONT / f"{name}_{theme}.svg").exists() for name in names for theme in pictures.THEMES)
+
+
+def test_animation_of_the_front_page_is_small_and_has_a_still_picture() -> None:
+    page = (ROOT / "docs" / "index.md").read_text()
+    (tag,) = re.findall(r"<img [^>]*>", page)
+    source, moving, text = (re.search(rf'{name}="([^"]+)"', tag)[1] for name in ("src", "data-moving", "alt"))
+    assert "sway side by side" in text
+    assert (ROOT / "docs" / moving).stat().st_size < 1e6
+    with Image.open(ROOT / "docs" / source) as still, Image.open(ROOT / "docs" / moving) as frames:
+        assert (getattr(still, "n_frames", 1), frames.n_frames) == (1, 81)
+        assert still.size == frames.size == (1080, 576)
+        frames.seek(60)
+        difference = ImageChops.difference(still.convert("RGB"), frames.convert("RGB"))
+        assert max(high for _, high in difference.getextrema()) < 80  # a palette of fewer colours
+    assert 8 / 72 * 1080 / 9 >= 11  # text of 8 points in a figure 9 inches wide, shown with this width
+
+
+@pytest.mark.parametrize(
+    ("written", "corrected"),
+    [
+        ("<tr><th></th><th>a</th></tr>", "<tr><td></td><th>a</th></tr>"),
+        ('<th class="head"><p></p></th>', '<td class="head"></td>'),
+        ("<thead><tr><th>a</th></tr></thead>", "<thead><tr><th>a</th></tr></thead>"),
+        (
+            "<th><p><math><mi>β</mi></math></p></th>",
+            '<th><p><math aria-hidden="true"><mi>β</mi></math><span class="visually-hidden">β</span></p></th>',
+        ),
+        (
+            "(\n<dl>\n<dd><em>mass</em>,</dd>\n<dd><em>law</em>,</dd>\n</dl>\n)",
+            '(\n<ul class="sig-parameters"><li><em>mass</em>,</li>\n<li><em>law</em>,</li>\n</ul>\n)',
+        ),
+        (
+            '<table class="dataframe"><thead><th>a</th></thead><th>1</th></table><th>b</th>',
+            '<table class="dataframe"><thead><th scope="col">a</th></thead><th scope="row">1</th></table><th>b</th>',
+        ),
+        ("<dl><dt>mass</dt><dd>kg</dd></dl>", "<dl><dt>mass</dt><dd>kg</dd></dl>"),
+        ("<dl>\n<dt>a</dt><dd><dl>\n<dd>b</dd></dl></dd></dl>", None),
+    ],
+)
+def test_html_is_corrected_for_screen_readers(written: str, corrected: str | None) -> None:
+    module = script("generate/accessible")
+    if corrected is None:  # a list inside of a definition
+        corrected = written.replace("<dl>\n<dd>b</dd></dl>", '<ul class="sig-parameters"><li>b</li></ul>')
+    assert module.corrected(written) == corrected

@@ -1,9 +1,9 @@
-"""What tests measure against truths from elsewhere, for the validation report of the documentation.
+"""What tests measure against truths from elsewhere, for the summary of checks of the documentation.
 
 A test that takes the fixture `measured` calls it with a claim, the truth that the claim is held to, the figure that
 it measured and the bound of that figure; the call fails beyond the bound, as an assertion would. With `pytest
 --validation FILE` these tests run alone and write each call as a line of JSON to a file, of which
-`studies/validation.py` makes the table docs/validation/measured.csv. In other runs each call is compared with its row
+`studies/validation.py` makes the table docs/verification/measured.csv. In other runs each call is compared with its row
 there, so that claims, truths and bounds of the report are always those of the tests.
 """
 
@@ -18,7 +18,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike
 
-KEPT = Path(__file__).parents[1] / "docs" / "validation" / "measured.csv"
+KEPT = Path(__file__).parents[1] / "docs" / "verification" / "measured.csv"
 
 
 def difference(found: ArrayLike, due: ArrayLike) -> float:
@@ -76,8 +76,8 @@ class Measured:
             kept = kept_rows().get(claim)
             if kept is None and self.is_thorough:
                 return
-            advice = "; run `python studies/validation.py --out docs/validation`"
-            assert kept is not None, f"the validation report lacks {claim!r}{advice}"
+            advice = "; run `python studies/validation.py --out docs/verification`"
+            assert kept is not None, f"the summary of checks lacks {claim!r}{advice}"
             for key in ("truth", "units", "test"):
-                assert kept[key] == row[key], f"{key} of {claim!r} is another in the validation report{advice}"
+                assert kept[key] == row[key], f"{key} of {claim!r} is another in the summary of checks{advice}"
             assert abs(float(kept["bound"]) - bound) <= 1e-5 * bound, f"bound of {claim!r} is another there{advice}"

@@ -46,7 +46,7 @@ Example:
 
 import lazy_loader
 
-__version__ = "0.1.0"  # pyproject.toml reads it from here
+__version__ = "0.2.0"  # pyproject.toml reads it from here
 
 _named, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
 

@@ -16,8 +16,10 @@ from .answers.risk.collapse_margin import (
 )
 from .answers.risk.disaggregation import disaggregate as disaggregate, rates_by_record as rates_by_record
 from .answers.risk.event_losses import event_losses as event_losses
+from .answers.risk.exceedance_probability import exceedance_probability as exceedance_probability
 from .answers.risk.hazard_curves import HazardCurve as HazardCurve, HazardLogicTree as HazardLogicTree
 from .answers.risk.losses import annual_losses as annual_losses, expected_annual_loss as expected_annual_loss
+from .answers.risk.period_based_ductility import period_based_ductility as period_based_ductility
 from .answers.risk.portfolio_losses import portfolio_losses as portfolio_losses
 from .answers.risk.risk_targets import (
     check_risk_target as check_risk_target,

@@ -36,7 +36,7 @@ def write_pages(docs: Path) -> None:
     folder = docs / "reference" / "laws"
     out = folder / "generated"
     measured = rows_of(folder / "measured.csv")
-    held = rows_of(docs / "validation" / "measured.csv")[1]
+    held = rows_of(docs / "verification" / "measured.csv")[1]
     with xr.open_dataset(folder / "cycles.nc") as kept:
         curves = kept.load()
     # The toctree lists the laws in the order of the page.
@@ -203,7 +203,7 @@ def _rules(element: type[StoreyElement]) -> list[str]:
 
 
 def _held_to(name: str, held: list[dict[str, str]]) -> list[str]:
-    """Return the results of the validation report on the law's forces."""
+    """Return the results of the summary of checks on the law's forces."""
     rows = [row for row in held if row["claim"].startswith("forces of") and f"`{name}`" in row["claim"]]
     if not rows:
         return []
@@ -212,7 +212,7 @@ def _held_to(name: str, held: list[dict[str, str]]) -> list[str]:
         f"{row['truth']}."
         for row in rows
     ]
-    report = "[validation report](../../../validation/index.md)"
+    report = "[summary of checks](../../../verification/checks.md)"
     return ["## Verification", f"From the {report}, which describes the measurements:\n\n" + "\n".join(lines)]
 
 

@@ -1,14 +1,19 @@
-"""The animation of the front page: `python docs/generate/sway.py` writes `docs/_static/sway.gif` (below 1 MB)."""
+"""The animation of the front page: `python docs/generate/sway.py` writes it to `docs/_static/front` (below 1 MB).
+
+`sway.webp` is the animation, `sway.png` a still picture of it, for readers who prefer reduced motion.
+"""
 
 from __future__ import annotations
 
 from pathlib import Path
 
 import numpy as np
+from PIL import Image
 
 import warpdyn as wd
 
-TARGET = Path(__file__).parents[1] / "_static" / "sway.gif"
+FOLDER = Path(__file__).parents[1] / "_static" / "front"
+STILL = 60  # number of the frame that the still picture shows
 
 
 def ground_motion() -> wd.GroundMotion:
@@ -31,8 +36,12 @@ def main() -> None:
     stripes = wd.Stripes([ground_motion()], [0.4], wd.PeakGroundAcceleration(), structures_per_motion="crossed")
     scene = wd.Scene(building, stripes, variants)
     run = wd.simulate(scene, structures=5, seed=2, device="cpu", histories=wd.Histories(range(5)))
-    wd.plots.animate(run, time=(1.0, 9.0), fps=10).save(TARGET, dpi=80)
-    print(f"{TARGET}: {TARGET.stat().st_size / 1e6:.2f} MB")
+    moving = FOLDER / "sway.webp"
+    wd.plots.animate(run, time=(1.0, 9.0), fps=10).save(moving, dpi=120)
+    with Image.open(moving) as frames:
+        frames.seek(STILL)
+        frames.convert("RGB").quantize(64).save(FOLDER / "sway.png", optimize=True)
+    print(f"{moving}: {moving.stat().st_size / 1e6:.2f} MB")
 
 
 if __name__ == "__main__":

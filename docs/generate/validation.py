@@ -1,4 +1,4 @@
-"""Tables of the validation report, one per subject, from the errors of tests that `studies/validation.py` collected."""
+"""Tables of the summary of checks, one per subject, from the errors of tests that `studies/validation.py` collected."""
 
 from __future__ import annotations
 
@@ -40,16 +40,16 @@ SUBJECTS = {
 
 
 def write_tables(docs: Path) -> None:
-    """Write the tables into docs/validation/generated.
+    """Write the tables into docs/verification/generated.
 
     Raises:
         ValueError: If a test of the table belongs to no subject.
     """
-    where, rows = rows_of(docs / "validation" / "measured.csv")
+    where, rows = rows_of(docs / "verification" / "measured.csv")
     subject = {file: name for name, files in SUBJECTS.items() for file in files}
     missing = {row["test"] for row in rows if row["test"].split(".py")[0] not in subject}
     if missing:
-        raise ValueError(f"tests of the validation report without a subject in docs/generate/validation.py: {missing}")
+        raise ValueError(f"tests of the summary of checks without a subject in docs/generate/validation.py: {missing}")
     parts = []
     for name in SUBJECTS:
         own = [row for row in rows if subject[row["test"].split(".py")[0]] == name]
@@ -60,7 +60,7 @@ def write_tables(docs: Path) -> None:
     tests = len({row["test"] for row in rows})
     cases = sum(int(row["cases"]) for row in rows)
     words = f"{len(rows)} claims of {tests} tests, {cases} comparisons, measured with {where}."
-    write(docs / "validation" / "generated" / "_tables.md", "\n\n".join([words, *parts]) + "\n")
+    write(docs / "verification" / "generated" / "_checks.md", "\n\n".join([words, *parts]) + "\n")
 
 
 def _cells(row: dict[str, str]) -> tuple[str, ...]:

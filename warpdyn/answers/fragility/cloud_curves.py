@@ -33,7 +33,7 @@ from warpdyn.answers.fragility.lognormal_fit import (
 from warpdyn.answers.fragility.stripe_counts import check_labels, decoded_status, structure_label
 from warpdyn.campaigns.reductions.limits import DRIFT, DamageLimits, Limit
 from warpdyn.campaigns.running.joining.duplicates import check_samples
-from warpdyn.campaigns.running.selections import without_added_storeys
+from warpdyn.campaigns.running.selections import without_added_places
 from warpdyn.foundations.core.checks import MOST_REPLICATES, check_dataset, one_of, true_or_false, whole_number
 from warpdyn.foundations.core.messages import warn_of_all
 from warpdyn.foundations.core.near_misses import suggests_names
@@ -115,7 +115,7 @@ def fragility_of_cloud(
     """
     check_dataset("fragility_of_cloud", dataset, advice="give the result of simulate()")
     if not true_or_false("added_storeys", added_storeys):
-        dataset = without_added_storeys(dataset)
+        dataset = without_added_places(dataset)
     refuse_portfolio("fragility_of_cloud", dataset)
     replicates, seed = whole_number("replicates", replicates, 1, MOST_REPLICATES), whole_number("seed", seed, 0)
     check_confidence(confidence)

@@ -8,6 +8,7 @@ import numpy as np
 import xarray as xr
 
 from warpdyn.campaigns.reductions.limits import DRIFT, DamageLimits, magnitudes
+from warpdyn.campaigns.running.selections import check_one_unit
 from warpdyn.foundations.core.near_misses import did_you_mean
 from warpdyn.foundations.core.output_variables import COLLAPSED, OK
 
@@ -96,6 +97,10 @@ def checked_demand(dataset: xr.Dataset, name: str, status: np.ndarray) -> np.nda
         advice = "add its recorder to Scene(recorders=...)" + (f"; the run has {', '.join(known)}" if known else "")
         # The name of a recorder, such as "drift", is part of the name of its variable.
         named = [each for each in (DRIFT, *known) if each in known and str(name).lower() in each.split("_")]
+        if name == DRIFT and "spring" in dataset.dims:
+            listed = ", ".join(known)
+            advice = "a lumped structure has no storey drifts: give demand=, such as demand='peak_spring_deformation'"
+            advice += f"; the run has {listed}" if known else ""
         hint = f" (did you mean {named[0]!r}?)" if named else did_you_mean(name, known)
         raise ValueError(f"the dataset has no {name!r}{hint}: {advice}")
     variable = dataset[name]
@@ -110,6 +115,7 @@ def checked_demand(dataset: xr.Dataset, name: str, status: np.ndarray) -> np.nda
             f"{name!r} is not a demand: its values are of type {variable.dtype}. Choose a "
             "variable with numbers, such as 'peak_storey_drift_ratio'"
         )
+    check_one_unit("fragility", dataset, name)
     if variable.size == 0:
         raise ValueError(f"the dataset is empty, its sizes are {dict(dataset.sizes)}: check how you selected samples")
     values = variable.transpose("sample", ...).values

@@ -33,7 +33,7 @@ from warpdyn.answers.fragility.lognormal_fit import (
 from warpdyn.answers.fragility.reduced_counts import is_reduced, labels_of_run, limits_of
 from warpdyn.answers.fragility.stripe_counts import StripeCounts, count_stripes
 from warpdyn.campaigns.reductions.limits import DRIFT, DamageLimits, Limit
-from warpdyn.campaigns.running.selections import without_added_storeys
+from warpdyn.campaigns.running.selections import without_added_places
 from warpdyn.foundations.core.checks import MOST_REPLICATES, check_dataset, one_of, true_or_false, whole_number
 from warpdyn.foundations.core.messages import warn_of_all
 from warpdyn.foundations.core.near_misses import suggests_names
@@ -123,7 +123,7 @@ def fragility(
     one_of("intervals_over", intervals_over, OVER)
     chosen = estimator_of(estimator)
     if not true_or_false("added_storeys", added_storeys):
-        dataset = without_added_storeys(dataset)
+        dataset = without_added_places(dataset)
     checked = limits_of(dataset, limits, demand)
     counts = count_stripes(dataset, checked)
     labels = labels_of_run(dataset) if is_reduced(dataset) else dataset

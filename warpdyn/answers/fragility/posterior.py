@@ -16,7 +16,7 @@ from warpdyn.answers.fragility.maximum_likelihood.newton import covariance_of_in
 from warpdyn.answers.fragility.reduced_counts import is_reduced, labels_of_run, limits_of
 from warpdyn.answers.fragility.stripe_counts import StripeCounts, count_stripes
 from warpdyn.campaigns.reductions.limits import DRIFT, DamageLimits, Limit
-from warpdyn.campaigns.running.selections import without_added_storeys
+from warpdyn.campaigns.running.selections import without_added_places
 from warpdyn.foundations.core.checks import (
     MOST_REPLICATES,
     check_dataset,
@@ -91,7 +91,7 @@ def fragility_posterior(
     """
     check_dataset("fragility_posterior", dataset, advice="give the result of simulate()")
     if not true_or_false("added_storeys", added_storeys):
-        dataset = without_added_storeys(dataset)
+        dataset = without_added_places(dataset)
     try:
         import pyFragility
     except ImportError as error:

@@ -254,7 +254,12 @@ def _refusal(excluded: dict[str, int], record: np.ndarray, level: np.ndarray, sa
 def _checked_inputs(dataset: xr.Dataset) -> tuple[np.ndarray, np.ndarray, np.ndarray, str]:
     """Return status (an index into `STATUS_MEANINGS`), motion and level of every sample, and the units of the level."""
     if "im_level" not in dataset:
-        raise ValueError(f"the dataset has no 'im_level': {_NEEDS_STRIPES}")
+        raise ValueError(
+            "the dataset has no 'im_level' (intensity levels), so it has no fragility curve: for the probability that "
+            "a sample exceeds a limit, use wd.exceedance_probability(run, limits); for a curve, simulate "
+            "Stripes(motions, levels, measure). The motions of a FilteredNoise are [noise.motion(i, seed=1) for i in "
+            "range(64)]"
+        )
     check_labels(dataset)
     if dataset.sizes["sample"] == 0:
         raise ValueError(f"the dataset is empty, its sizes are {dict(dataset.sizes)}: check how you selected samples")

@@ -23,10 +23,12 @@ from warpdyn.foundations.core.messages import warn_caller
 from warpdyn.foundations.core.output_variables import LARGEST_EXCLUDED_FRACTION
 from warpdyn.foundations.core.progress import counted_histories
 from warpdyn.model.ground_motions.designs import Cloud, Design, Stripes
+from warpdyn.model.ground_motions.filtered_noise import FilteredNoise
 from warpdyn.model.scene.arguments import takes_scene
 from warpdyn.model.scene.number_of_structures import number_of_structures, with_default_design
 from warpdyn.model.scene.plausibility import warn_of_implausible
 from warpdyn.model.scene.scene import Scene
+from warpdyn.model.structures.lumped.structure import LumpedStructure
 
 PAIRS_AT_A_TIME = 2**16  # number of pairs of a structure and a motion that are searched at the same time
 LARGEST_LIMIT = 1e9  # largest finite limit
@@ -213,9 +215,10 @@ def _design_of(scene: Scene) -> Design:
     if scene.structure.is_many:
         raise TypeError("capacities() needs a scene of one structure, got a Portfolio: give the scene of one archetype")
     if not isinstance(design, Cloud | Stripes):
+        made = ", motions = [noise.motion(i, seed=1) for i in range(64)]" if isinstance(design, FilteredNoise) else ""
         raise TypeError(
             f"capacities() scales the motions of a Cloud or of Stripes, got {type(design).__name__}: give "
-            "Scene(building, Cloud(motions, measure))"
+            f"Scene(building, Cloud(motions, measure)){made}"
         )
     if isinstance(design, Stripes):
         design.check_scaled_to_all("capacities")
@@ -266,7 +269,17 @@ def _recorders_for(scene: Scene, demand: str) -> tuple[str, ...]:
     drift = ("drift",) if "drift" in table else ()
     if drift:
         filled[DRIFT_RATIO] = "drift"
-    one_of(f"demand of a {type(scene.structure).__name__}", demand, sorted(filled))
+    structure = scene.structure
+    if isinstance(structure, LumpedStructure) and demand not in filled:
+        raise ValueError(
+            f"capacities: {structure!r} has no demand {demand!r}: give demand=, such as "
+            f"demand='peak_spring_deformation'; it has {', '.join(sorted(filled))}"
+        )
+    one_of(f"demand of a {type(structure).__name__}", demand, sorted(filled))
+    if isinstance(structure, LumpedStructure):
+        dims = table[filled[demand]][demand].dims
+        if dims and (problem := structure.kinds.unit_problem(demand, dims[0])):
+            raise ValueError(f"capacities: {problem}")
     return tuple({*drift, filled[demand]})
 
 

@@ -22,6 +22,7 @@ from warpdyn.foundations.core.output_variables import COLLAPSED, DIVERGED, UNSTA
 from warpdyn.foundations.core.random_numbers import Purpose, uniforms
 from warpdyn.model.ground_motions.designs import Design
 from warpdyn.model.ground_motions.excitation import Assignment
+from warpdyn.model.structures.lumped.structure import LumpedStructure
 from warpdyn.model.structures.shear_building import ShearBuilding
 
 DRIFT_RATIO = "peak_storey_drift_ratio"
@@ -95,11 +96,7 @@ class Pairs:
         assert isinstance(design, Design)
         self.demand, self.integration, self.reruns, self.advance = demand, integration, Reruns(), advance
         self.intensities, self.power = design.intensities, design.measure.power
-        structure = run.model.scene.structure
-        own = np.ones(structure.dofs, dtype=bool)
-        if isinstance(structure, ShearBuilding) and not added_storeys:
-            own = structure.own_storeys
-        self.counted = own
+        self.added_storeys = added_storeys
         self.structures = structures_of_pairs(design, structures)
         motions = len(design.motions)
         structures, place = np.unique(self.structures.ravel(), return_inverse=True)
@@ -214,7 +211,15 @@ class Pairs:
         values = np.abs(outputs[name].astype(np.float64)).reshape(-1, pair.size)
         if demand == DRIFT_RATIO:
             values = values / self.whole.heights_of(pair)
-        if len(values) == self.counted.size:  # one value for each storey, or for the floor above each storey
-            values = values[self.counted]
-        worst, status = values.max(axis=0), outputs["status"]
+        worst, status = values[self._counted(name, len(values))].max(axis=0), outputs["status"]
         return np.where(status == COLLAPSED, np.inf, np.where(status >= DIVERGED, np.nan, worst))
+
+    def _counted(self, name: str, places: int) -> np.ndarray:
+        """Return whether each of the places (storeys, floors, springs) of a variable counts, shape [place]."""
+        structure, dims = self.whole.model.scene.structure, self.whole.model.variables[name].dims
+        if dims and not self.added_storeys:
+            if isinstance(structure, ShearBuilding):  # the floor above a storey counts if the storey does
+                return structure.own_storeys
+            if isinstance(structure, LumpedStructure):
+                return structure.kinds.of_building(dims[0])
+        return np.ones(places, dtype=bool)

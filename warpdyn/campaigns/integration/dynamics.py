@@ -86,6 +86,7 @@ class Dynamics(ABC):
         is_packed_in_parts: Whether the kernel's arrays can be computed for some structures at a time.
         peak: Name of the peaks that decide whether a sample is reliable, and of their recorder.
         pattern: The entries of the matrices of lumped structures that are not 0; None for other families.
+        error_of_float32: Estimated relative error of float32 if it is too large for a default [1]; otherwise 0.
     """
 
     law: StoreyRules
@@ -103,6 +104,7 @@ class Dynamics(ABC):
     is_packed_in_parts: bool = True
     peak: tuple[str, str] = ("peak_storey_drift", "drift")
     pattern: Pattern | None = None
+    error_of_float32: float = 0.0
 
     @abstractmethod
     def __init__(self, structure: Structure, representative: Mapping[str, np.ndarray]) -> None:

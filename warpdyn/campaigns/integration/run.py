@@ -19,6 +19,7 @@ from warpdyn.engine.kernels.queues import Queue, open_queues
 from warpdyn.engine.methods.defaults import FALLBACK
 from warpdyn.engine.methods.table import METHODS, check_fits
 from warpdyn.foundations.core.checks import check_kind, whole_number
+from warpdyn.foundations.core.messages import warn_caller
 from warpdyn.model.scene.scene import Scene
 
 # Drawn parameters by name, and the vibration of each structure with the method's longest stable step.
@@ -119,7 +120,17 @@ def build_run(
     check_kind("simulate", "a Scene", scene, Scene)
     excitation, dynamics = scene.excitation, dynamics_of(scene)
     forces, damping = dynamics.forces, scene.structure.damping
-    settled = how if isinstance(how, Settled) else how.settled(forces, scene.structure, is_gpu=execution.is_gpu)
+    if isinstance(how, Settled):
+        settled = how
+    else:
+        error = dynamics.error_of_float32
+        settled = how.settled(forces, scene.structure, is_gpu=execution.is_gpu, error_of_float32=error)
+        if error and how.dtype == "float32":
+            warn_caller(
+                f"in float32, rounding makes the peak displacements of this structure wrong by {error:.2g} to "
+                f"{4 * error:.2g} times their value, because large terms of its stiffness matrix nearly cancel: give "
+                "dtype='float64', or remove dtype="
+            )
     integration = replace(settled, **chosen)
     method, row = integration.method, METHODS[integration.method]
     check_fits(method, forces, damping)

@@ -122,7 +122,8 @@ class Sampler:
                 if name not in drawn:
                     row += count
                     continue
-                values = combined(nominal[name], spread, normals[row : row + count], structures[part])
+                own, varied = normals[row : row + count], spread.varied(name, self.structure)
+                values = combined(nominal[name], spread, own, structures[part], varied)
                 if not isinstance(spread, GivenValues):
                     values = self.structure.tied(name, values)
                 drawn[name][part] = values.T

@@ -46,7 +46,8 @@ class Integration:
             Otherwise, if no step is given, the cheapest method whose measured error is at most 1.2 times that of "rk4"
             for the scene's storey laws on the processor of the run (CPU or GPU); else "rk4". The attributes `method`
             and `method_chosen_because` of the run contain the method and the reason.
-        dtype: Number type, "float32" or "float64". None: "float32", or the choice for `target_error`.
+        dtype: Number type, "float32" or "float64". None: the choice for `target_error`, or "float32"; "float64" for a
+            LumpedStructure in which float32 would be inaccurate, such as a tall flexural-shear building.
         step: Integration step [s], which must divide the step of every motion; None: chosen for each motion.
         longest_step: Upper bound of the chosen steps [s], instead of the default rule.
         resample: Whether a motion whose step is not a multiple of `step` is resampled at `step`. Resampling cuts the
@@ -86,10 +87,9 @@ class Integration:
                 raise ValueError(
                     "target_error chooses the step: remove target_error, or remove step, longest_step and tolerance"
                 )
-        else:  # if a step is given, the default method is FALLBACK, because others were measured at default steps only
-            object.__setattr__(self, "dtype", self.dtype or "float32")
-            if any(each is not None for each in (self.step, self.longest_step, self.tolerance)):
-                object.__setattr__(self, "method", self.method or FALLBACK)
+        elif any(each is not None for each in (self.step, self.longest_step, self.tolerance)):
+            # If a step is given, the default method is FALLBACK, because others were measured at default steps only.
+            object.__setattr__(self, "method", self.method or FALLBACK)
         self._check()
 
     def _check(self) -> None:
@@ -127,15 +127,19 @@ class Integration:
         """Whether the user determines the step, directly or by a target error."""
         return any(value is not None for value in (self.step, self.longest_step, self.target_error))
 
-    def settled(self, forces: StoreyForces, structure: Structure, *, is_gpu: bool) -> Settled:
+    def settled(
+        self, forces: StoreyForces, structure: Structure, *, is_gpu: bool, error_of_float32: float = 0.0
+    ) -> Settled:
         """Return the settings for a structure, with the default method if none is given, and the refinement of steps.
 
         Args:
             forces: Properties of the storey forces that the method must support.
             structure: The nominal structure.
             is_gpu: Whether the structure is integrated on a GPU.
+            error_of_float32: Estimated relative error of float32 if it is too large for a default [1]; otherwise 0.
         """
-        chosen: dict[str, Any] = {"method": self.nominal_method, "dtype": self.dtype or "float32"}
+        default_dtype = "float64" if error_of_float32 else "float32"
+        chosen: dict[str, Any] = {"method": self.nominal_method, "dtype": self.dtype or default_dtype}
         if self.method is None and self.target_error is None:
             default = default_method(forces, measured_dampings(structure), is_gpu=is_gpu)
             chosen |= {"method": default.method, "refinement": default.steps, "reason": default.reason}

@@ -13,7 +13,7 @@ from warpdyn.engine.tracing.arrays import NotTraceableError, Traced, conditions,
 from warpdyn.engine.tracing.nodes import Node, apply, constant, given
 from warpdyn.engine.tracing.requests import requests
 from warpdyn.foundations.core.random_numbers import key_of
-from warpdyn.model.scene.scatter import GivenValues, only_at, storeys_with
+from warpdyn.model.scene.scatter import GivenValues, only_at, only_varied, storeys_with
 from warpdyn.model.scene.sobol_points import BITS
 from warpdyn.model.structures.physics import physics_problem
 
@@ -43,6 +43,7 @@ def traced_structures(run: Run) -> StructurePreparation:
                 listed.append(np.asarray(spread.values, dtype=np.float64))
             else:
                 values = spread.draw(nominal[name], normals[place : place + count], np.arange(1))
+                values = only_varied(spread.varied(name, structure), values, nominal[name])
             taken = storeys_with(values_of_nominal[name])
             drawn[name] = only_at(taken, values).T
             place += count

@@ -17,6 +17,7 @@ from warpdyn.model.ground_motions.excitation import Excitation
 from warpdyn.model.ground_motions.motions_at_sites import MotionsAtSites
 from warpdyn.model.scene.portfolio import Portfolio
 from warpdyn.model.scene.scene import Scene
+from warpdyn.model.structures.lumped.structure import LumpedStructure
 from warpdyn.model.structures.shear_building import ShearBuilding
 from warpdyn.model.structures.structure import Structure
 
@@ -135,7 +136,19 @@ class Population:
         if self.portfolio is not None:
             kind = int(self.archetype[structures[0]])
             structure = list(self.portfolio.archetypes.values())[kind].building
-        is_of_storeys = self.demand(demand).dims in (("storey",), ("floor",))
+        dims = self.demand(demand).dims
+        if isinstance(structure, LumpedStructure) and dims and not added_storeys:
+            counted = np.flatnonzero(structure.kinds.of_building(dims[0]))
+            if counted.size == structure.length_along(dims[0]):
+                return None
+            if counted[-1] + 1 - counted[0] > counted.size:
+                raise ValueError(
+                    f"statistics: equipment, absorbers or soil are between the other places along {dims[0]!r}, so that "
+                    f"{demand} cannot be reduced during the run: simulate without statistics, or give "
+                    "added_storeys=True"
+                )
+            return int(counted[0]), int(counted[-1]) + 1
+        is_of_storeys = dims in (("storey",), ("floor",))
         if added_storeys or not is_of_storeys or not isinstance(structure, ShearBuilding):
             return None
         own = np.flatnonzero(structure.own_storeys)
@@ -183,6 +196,9 @@ class Population:
                 f"statistics: the scene records no {name!r}; it records {', '.join(self.demands) or 'no demand'}: "
                 "add the recorder of this demand to the scene, Scene(..., recorders=(...))"
             )
+        structure, dims = self.scene.structure, self.demands[name].dims
+        if isinstance(structure, LumpedStructure) and dims and (problem := structure.kinds.unit_problem(name, dims[0])):
+            raise ValueError(f"statistics: {problem}")
         return self.demands[name]
 
 

@@ -141,8 +141,7 @@ class KeptHistories:
                 joined[name][samples, : values[name].shape[1]] = values[name]
             joined[name][self._status >= DIVERGED] = np.nan
         time = np.arange(max(counts.values())) * self.histories.every * self.longest_step
-        numbered = self.part.scene.structure.numbered(self.part.scene.recorders)
-        return history_variables(self.histories.samples, time, joined, numbered)
+        return history_variables(self.histories.samples, time, joined, self.part.scene)
 
     def _groups(self) -> Iterator[tuple[np.ndarray, float]]:
         """Yield groups of histories that are integrated together, as (positions in `samples`, step of the states [s]).

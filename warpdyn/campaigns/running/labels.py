@@ -82,7 +82,8 @@ def columns_of(model: Model, keep_inputs: bool) -> dict[str, Column]:
     real, integer, double = np.dtype(plan.dtype), np.dtype("int32"), np.dtype("float64")
     columns: dict[str, Column] = {}
     for name, variable in model.variables.items():
-        attributes = {"long_name": variable.long_name, "units": variable.units} | _start_time(model.scene, name)
+        attributes = {"long_name": variable.long_name, "units": structure.units_along(variable.dims, variable.units)}
+        attributes |= _start_time(model.scene, name)
         columns[name] = Column(variable.dims, output_dtype(name, plan.dtype), attributes)
     if "peak_storey_drift" in columns:
         attributes = {"long_name": DRIFT_RATIO.long_name, "units": DRIFT_RATIO.units}
@@ -100,8 +101,8 @@ def columns_of(model: Model, keep_inputs: bool) -> dict[str, Column]:
     columns[UNRELIABLE] = Column((), np.dtype("int8"), RELIABILITY)
     for name in scene.scatter if keep_inputs else ():
         parameter = structure.parameter_table[name]
-        attributes = {"long_name": parameter.long_name, "units": parameter.units}
         dims = (structure.dim_of(name),) if structure.is_by_storey(name) else ()
+        attributes = {"long_name": parameter.long_name, "units": structure.units_along(dims, parameter.units)}
         columns[structure.input_name(name)] = Column(dims, real, attributes)
     sample = {"standard_name": "realization", "long_name": "sample", "units": "1"}
     of_structure = {"long_name": "index of the drawn structure", "units": "1", "sampling": scene.sampling_of_structures}
@@ -324,7 +325,7 @@ def _motion_table(scene: Scene) -> dict[str, tuple]:
 
 
 def history_variables(
-    samples: Sequence[int], time: np.ndarray, values: dict[str, np.ndarray], numbered: Mapping[str, tuple]
+    samples: Sequence[int], time: np.ndarray, values: dict[str, np.ndarray], scene: Scene
 ) -> xr.Dataset:
     """Return whole histories as a dataset along `history`, `time` and `dof` (or `storey`); NaN after a history's end.
 
@@ -332,13 +333,14 @@ def history_variables(
         samples: Index of the sample of each history.
         time: Times of the returned states [s].
         values: Histories by name, shape [history, time, dof].
-        numbered: Coordinates of the structure: with names of degrees of freedom and springs, if it has such names.
+        scene: The scene, whose structure may have names of degrees of freedom and springs.
     """
     variables = {}
-    known = HISTORY | OF_SPRINGS
+    known, numbered = HISTORY | OF_SPRINGS, scene.structure.numbered(scene.recorders)
     numbers = np.arange(1, next(iter(values.values())).shape[2] + 1, dtype=np.int32)
     for name, array in values.items():
-        attributes = {"long_name": known[name].long_name, "units": known[name].units}
+        units = scene.structure.units_along(known[name].dims, known[name].units)
+        attributes = {"long_name": known[name].long_name, "units": units}
         variables[name] = (("history", "time", *known[name].dims), array, attributes)
     coordinates = {
         "time": ("time", time, {"standard_name": "time", "long_name": "time", "units": "s"}),

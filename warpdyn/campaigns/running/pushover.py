@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from warpdyn.engine.kernels.auxiliary.storey_path import storey_path_kernel
 from warpdyn.engine.kernels.auxiliary.storey_step import storey_step_kernel
-from warpdyn.engine.kernels.kernel_cache import loaded
+from warpdyn.engine.kernels.kernel_cache import initialise, loaded
 from warpdyn.engine.laws.springs import StoreyRules, spring_row
 from warpdyn.foundations.core.checks import check_kind, finite_numbers
 from warpdyn.foundations.core.description import to_json
@@ -18,6 +18,7 @@ from warpdyn.foundations.core.near_misses import suggests_names
 from warpdyn.foundations.core.plausibility import PlausibilityFindings
 from warpdyn.foundations.files.netcdf import trace
 from warpdyn.model.structures.lateral_loads import floor_loads, storey_shears
+from warpdyn.model.structures.lumped.structure import LumpedStructure
 from warpdyn.model.structures.physics import effective_stiffness, storey_weight_over_height
 from warpdyn.model.structures.shear_building import ShearBuilding
 
@@ -68,7 +69,7 @@ def storey_hysteresis(building: ShearBuilding, drift: ArrayLike) -> xr.Dataset:
                [-305., -205.],
                [  95.,   95.]])
     """
-    check_kind("storey_hysteresis", "a ShearBuilding", building, ShearBuilding, argument="building")
+    check_kind("storey_hysteresis", "a ShearBuilding", building, ShearBuilding, _advice(building), argument="building")
     path = finite_numbers("drift", drift)
     if path.ndim == 1:
         path = np.repeat(path[:, None], building.storeys, axis=1)
@@ -76,6 +77,7 @@ def storey_hysteresis(building: ShearBuilding, drift: ArrayLike) -> xr.Dataset:
         raise ValueError(f"drift must have shape [step] or [step, {building.storeys}], got {np.shape(drift)}")
     _warn_of_implausible_path(path / building.parameters["height"])
     spring, coefficients = _spring_and_coefficients(building)
+    initialise()  # before Warp starts with the first array
     arrays: list[wp.array] = [wp.array(np.ascontiguousarray(values), device="cpu") for values in (coefficients, path)]
     results = [wp.full(path.shape, np.nan, dtype=wp.float64, device="cpu") for _ in range(2)]
     kernel = loaded(storey_path_kernel(spring, "float64"))
@@ -122,7 +124,7 @@ def pushover(
         >>> (pushed["base_shear"][::25] / 1e3).round().values  # kN
         array([  0., 315., 342., 368., 395.])
     """
-    check_kind("pushover", "a ShearBuilding", building, ShearBuilding, argument="building")
+    check_kind("pushover", "a ShearBuilding", building, ShearBuilding, _advice(building), argument="building")
     path = finite_numbers("roof_displacement", roof_displacement)
     if path.ndim != 1 or not path.size:
         raise ValueError(f"roof_displacement must have shape [step], got {np.shape(roof_displacement)}")
@@ -184,6 +186,7 @@ class _PushedChain:
         self.trial_force, self.tangent, self.trial_recoverable = (np.full(storeys, np.nan) for _ in range(3))
         given = (coefficients, self.drift, self.memory, self.trial)
         found = (self.trial_memory, self.trial_force, self.tangent, self.trial_recoverable)
+        initialise()  # before Warp starts with the first array
         self.kept: list[wp.array] = [
             wp.array(values, dtype=wp.float64, device="cpu", copy=False) for values in (*given, *found)
         ]
@@ -357,3 +360,10 @@ def _storey_dataset(
         },
         attrs=trace(title, function) | {"building": to_json(building)},
     )
+
+
+def _advice(building: object) -> str:
+    """Return what to do with a lumped structure, or ""."""
+    if not isinstance(building, LumpedStructure):
+        return ""
+    return "simulate a lumped structure under forces that increase slowly, wd.ForceHistory(values, step)"

@@ -9,6 +9,7 @@ import xarray as xr
 
 from warpdyn.foundations.core.checks import check_dataset, one_of, whole_number
 from warpdyn.foundations.core.output_variables import (
+    ADDED_GROUPS,
     DAMPING,
     EARLIER_HISTORY,
     KIND_ATTRIBUTES,
@@ -174,6 +175,52 @@ def without_added_storeys(run: xr.Dataset) -> xr.Dataset:
     return run.isel({dim: own for dim in ("storey", "floor") if dim in run.dims})
 
 
+def without_added_places(run: xr.Dataset) -> xr.Dataset:
+    """Return a run without storeys, degrees of freedom and springs that are not part of the building.
+
+    These are the storeys of isolators and tuned mass dampers, and the places of the groups ADDED_GROUPS (equipment,
+    absorbers, soil) of a lumped structure. If only such places are left, because they were selected, they are kept.
+
+    Args:
+        run: The run of one structure, or of one archetype of a portfolio.
+    """
+    run = without_added_storeys(run)
+    for dim in ("dof", "spring"):
+        group = f"{dim}_group"
+        if group in run.coords and run[group].dims == (dim,):
+            own = np.flatnonzero(~np.isin(run[group].values, ADDED_GROUPS))
+            if own.size:
+                run = run.isel({dim: own})
+    return run
+
+
+def check_one_unit(function: str, run: xr.Dataset, demand: str) -> None:
+    """Raise a ValueError if the largest value of a demand would compare places of different units.
+
+    Args:
+        function: Name of the public function, for messages.
+        run: The run.
+        demand: Name of the demand.
+    """
+    for dim in ("dof", "spring", "output"):
+        if demand not in run or dim not in run[demand].dims or run.sizes[dim] < 2:
+            continue
+        unit = f"{dim}_unit"
+        units = [str(each) for each in np.atleast_1d(run[unit].values)] if unit in run.coords else []
+        advice = f"run.sel({dim}=[{str(run[dim].values[0])!r}])"
+        if dim == "output" and (not units or "" in units):
+            raise ValueError(
+                f"{function}: the units of some outputs are unknown, so that their values cannot be compared: give "
+                f"LumpedStructure(..., output_units={{{str(run[dim].values[0])!r}: 'm', ...}}), or select one output: "
+                f"{advice}"
+            )
+        if len(set(units)) > 1:
+            raise ValueError(
+                f"{function}: the largest {demand} of all places would compare {' with '.join(dict.fromkeys(units))}: "
+                f"select places of one unit: run.isel({dim}=run[{unit!r}].values == {units[0]!r}), or {advice}"
+            )
+
+
 def of_building(run: xr.Dataset, demand: str) -> xr.DataArray:
     """Return a demand of a run without the storeys of isolators and of tuned mass dampers.
 
@@ -184,7 +231,7 @@ def of_building(run: xr.Dataset, demand: str) -> xr.DataArray:
         demand: Name of the demand, such as "peak_storey_drift_ratio".
     """
     if STOREY_KIND in run.coords or KIND_OF_ARCHETYPES not in run.coords:
-        return without_added_storeys(run)[demand]
+        return without_added_places(run)[demand]
     values = run[demand]
     kinds = run[KIND_OF_ARCHETYPES].transpose("archetype", "storey").values
     if "sample" not in values.dims or not {"storey", "floor"} & set(values.dims):

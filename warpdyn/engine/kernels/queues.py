@@ -22,11 +22,9 @@ from warpdyn.foundations.core.interruption import stop_if_asked
 from warpdyn.foundations.core.thread_pool import as_finished
 
 # A launch cannot be interrupted, so launches are cut into pieces of about SECONDS_OF_A_PIECE, after which Ctrl-C works.
-# A piece has at most MOST_GROWTH times as many steps as the last piece.
-SECONDS_OF_A_PIECE, MOST_GROWTH = 0.3, 16
-# Steps times storeys of the first piece; with the slowest laws it takes 0.5 s.
-FIRST_PIECE = 3e4
-ROWS_AT_A_TIME = 2**17  # samples of an output that one thread copies
+SECONDS_OF_A_PIECE, MOST_GROWTH = 0.3, 16  # a piece has at most MOST_GROWTH times as many steps as the last piece
+FIRST_PIECE = 3e4  # steps times storeys of the first piece; with the slowest laws it takes 0.5 s
+PART = 2**17  # samples of an output that one thread copies
 WAIT_FOR_GPU = 2e-4  # seconds between checks whether the GPU has finished or Ctrl-C was pressed
 # Number of blocks (groups of samples) on a GPU at the same time: while the host waits for one block, others use the
 # GPU. A block has one launch for each number of steps per interval; its launches run on STREAMS_OF_A_BLOCK streams.
@@ -237,9 +235,8 @@ class CudaQueue:
 
     def fetch(self, arrays: dict[str, wp.array]) -> Callable[[], dict[str, np.ndarray]]:
         """Queue copies of GPU arrays to the host; return a function that waits for them and returns NumPy arrays."""
-        found = {}
+        found = {name: self._array(("fetched", name), a.shape, a.dtype, pinned=True) for name, a in arrays.items()}
         for name, array in arrays.items():
-            found[name] = self._array(("fetched", name), array.shape, array.dtype, pinned=True)
             wp.copy(found[name], array)
         event = wp.get_stream(self.device).record_event()
 
@@ -337,12 +334,9 @@ class CudaQueue:
     def read_into(self, rows: dict[str, np.ndarray], each: Callable[..., Iterable[object]] = map) -> None:
         """Wait for the outputs and copy them into `rows`; `each(function, parts)` may copy parts in parallel."""
         self._wait(self._arrived)
-
-        def copy(part: tuple[str, int]) -> None:
-            name, first = part
-            np.copyto(rows[name][first : first + ROWS_AT_A_TIME], self._arriving[name][first : first + ROWS_AT_A_TIME])
-
-        list(each(copy, [(name, i) for name in self._arriving for i in range(0, len(rows[name]), ROWS_AT_A_TIME)]))
+        pairs = ((rows[name], values) for name, values in self._arriving.items())
+        parts = [(a[i : i + PART], b[i : i + PART]) for a, b in pairs for i in range(0, len(b), PART)]
+        list(each(lambda part: np.copyto(*part), parts))
         self._settle()
         self._advance()
 

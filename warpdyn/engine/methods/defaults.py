@@ -28,7 +28,10 @@ STEPS_OF_MULTISTEP = 2
 MEASURED_DAMPING_RATIO = 0.05
 LIGHT_RAYLEIGH, LIGHT_RATIO, HIGHEST_LIGHT_MODE = "light_rayleigh", 0.02, 3
 # A building with less damping than the measured ones counts as undamped.
-WORDS = {"none": "none or little", LIGHT_RAYLEIGH: "rayleigh, less than 5 % in the first two modes"}
+WORDS = {
+    "none": "little or no damping",
+    LIGHT_RAYLEIGH: "rayleigh damping of less than 5 % in the first two modes",
+}
 DEVICES = {"cpu": "a CPU", "cuda": "a GPU"}
 
 
@@ -117,8 +120,8 @@ def default_method(
         return DefaultMethod(FALLBACK, 1, "other methods were not measured with lumped structures")
     device = "cuda" if is_gpu else "cpu"
     names = forces.names
-    words = " and ".join(WORDS.get(damping, damping) for damping in dampings)
-    where, what = DEVICES[device], f"storeys of {', '.join(names)}, damping {words}"
+    words = " and ".join(WORDS.get(damping, f"{damping} damping") for damping in dampings)
+    where, what = DEVICES[device], f"storeys of {', '.join(names)} with {words}"
     rows = [row for row in measured_methods() if row.law in names and row.damping in dampings]
     best = None
     least = MOST_COST

@@ -38,7 +38,7 @@ def check_kind(function: str, what: str, value: object, kind: type, advice: str 
         hint = f"; {advice}" if advice else ""
         given = f"the class {value.__name__} itself" if isinstance(value, type) else type(value).__name__
         named = f" as {argument}" if argument not in ("", "dataset") else ""
-        raise TypeError(f"{function}() takes {what}, got {given}{hint}{named}")
+        raise TypeError(f"{function}() takes {what}, got {given}{named}{hint}")
 
 
 def check_dataset(function: str, dataset: Any, *names: str, advice: str, argument: str = "dataset") -> None:

@@ -37,6 +37,11 @@ KIND_ATTRIBUTES = {
     "flag_meanings": " ".join(STOREY_KINDS),
 }
 
+# Groups of the degrees of freedom and springs of lumped structures: coordinates `dof_group` and `spring_group`. Places
+# in no group are in BUILDING. Places in ADDED_GROUPS do not count in the largest demand of a building.
+BUILDING = "building"
+ADDED_GROUPS = ("equipment", "absorber", "soil")
+
 
 # Names of attributes that describe the intensity measure. The coordinate of the intensities and the dataset have them.
 # A `long_name` is only a label: warpdyn does not read it.

@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 
 from warpdyn.answers.fragility.stripe_counts import decoded_status
-from warpdyn.campaigns.running.selections import of_building, without_added_storeys
+from warpdyn.campaigns.running.selections import check_one_unit, of_building, without_added_places
 from warpdyn.foundations.core.checks import check_dataset
 from warpdyn.foundations.core.output_variables import COLLAPSED, STRIPED, measure_name
 
@@ -126,7 +126,9 @@ def demands_of(
     kept = np.flatnonzero(status <= COLLAPSED)
     if not kept.size:
         raise ValueError(f"plots.{function}: all {status.size} samples failed: run again with a shorter step=")
-    run = without_added_storeys(run)
+    run = without_added_places(run)
+    if not by_storey:
+        check_one_unit(f"plots.{function}", run, demand)
     values = np.abs(of_building(run, demand).transpose("sample", ...).values[kept])  # residual drifts have a sign
     if by_storey and "archetype_index" in run.coords and np.isnan(values).any():
         raise ValueError(

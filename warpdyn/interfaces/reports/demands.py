@@ -6,7 +6,7 @@ import numpy as np
 import xarray as xr
 
 from warpdyn.answers.fragility.stripe_counts import decoded_status
-from warpdyn.campaigns.running.selections import of_building
+from warpdyn.campaigns.running.selections import of_building, without_added_places
 from warpdyn.foundations.core.output_variables import COLLAPSED, STRIPED
 from warpdyn.interfaces.plots.drifts import drift_against_intensity, drift_over_height, residual_drifts
 from warpdyn.interfaces.plots.histories import histories
@@ -22,15 +22,50 @@ DEMANDS = (
     "residual_drift_ratio",
     "peak_floor_acceleration",
     "peak_base_shear",
+    "peak_spring_deformation",
+    "peak_spring_force",
+    "peak_output",
+    "residual_deformation",
     "peak_displacement",
     "peak_acceleration",
     "input_energy",
     "viscous_energy",
     "hysteretic_energy",
 )
-BY_LEVEL = ("peak_storey_drift_ratio", "peak_floor_acceleration", "residual_drift_ratio", "peak_displacement")
+BY_LEVEL = (
+    *("peak_storey_drift_ratio", "peak_floor_acceleration", "residual_drift_ratio", "peak_spring_deformation"),
+    *("peak_output", "peak_displacement"),
+)
 MOST_LEVELS = 40  # largest number of intensity levels (rows) in a table
 MOST_LINES = len(COLOURS)  # largest number of lines in a figure
+
+
+def of_one_unit(run: xr.Dataset, name: str) -> list[tuple[str, xr.Dataset]]:
+    """Return the parts of a run in which the places of a demand have the same unit, with the unit of the demand.
+
+    Degrees of freedom and springs of a lumped structure are divided into translations and rotations. Outputs are
+    divided by their units; if these are unknown, each output is a part, with its name instead of a unit.
+
+    Args:
+        run: Result of `simulate`, for one event, without equipment, absorbers and soil.
+        name: Name of the demand.
+    """
+    units = str(run[name].attrs.get("units", ""))
+    for dim in ("dof", "spring", "output"):
+        unit = f"{dim}_unit"
+        if dim not in run[name].dims:
+            continue
+        if unit not in run.coords:
+            if dim != "output":
+                return [(units, run)]
+            return [(f"output {place!s}", run.isel(output=[i])) for i, place in enumerate(run["output"].values)]
+        kinds = run[unit].values
+        found = [(str(kind), run.isel({dim: np.flatnonzero(kinds == kind)})) for kind in dict.fromkeys(kinds.tolist())]
+        if dim == "output":
+            return found
+        of_translation, _, of_rotation = units.removesuffix(" for rotations)").partition(" (")
+        return [(of_rotation or of_translation if kind == "rad" else of_translation, part) for kind, part in found]
+    return [(units, run)]
 
 
 def largest_of(run: xr.Dataset, name: str, status: np.ndarray) -> np.ndarray:
@@ -62,33 +97,35 @@ def demands(run: xr.Dataset) -> list[Part]:
     names = [name for name in DEMANDS if name in run and "sample" in run[name].dims]
     if not names or not np.any(status <= COLLAPSED):
         return []
-    values = {name: largest_of(run, name, status) for name in names}
+    own = without_added_places(run)
+    values = {(name, units): largest_of(part, name, status) for name in names for units, part in of_one_unit(own, name)}
     rows = []
-    for name, found in values.items():
+    for (name, units), found in values.items():
         standing = found[np.isfinite(found)]
         largest = standing.max() if standing.size else np.nan
-        attributes = run[name].attrs
-        words = f"{attributes.get('long_name', name)} [{attributes.get('units', '')}]"
+        words = f"{run[name].attrs.get('long_name', name)} [{units}]"
         rows.append((words, *map(float, fractiles(found, SHARES)), float(largest)))
     heads = ("demand", *(f"{share:.0%}" for share in SHARES), "largest without collapse")
     parts = [
         heading("Demands"),
         paragraph(
-            "A demand is the largest magnitude over the storeys, floors or degrees of freedom of a sample. The columns "
-            "contain fractiles: 84% of the samples do not exceed the value in the column 84%. Storeys of isolators or "
-            "of a tuned mass damper do not count. A collapsed sample exceeds every value, so a fractile is empty if "
+            "A demand is the largest magnitude over the storeys, floors, degrees of freedom, springs or outputs of a "
+            "sample; places of different units have separate rows. The columns contain fractiles: 84% of the samples "
+            "do not exceed the value in the column 84%. Storeys of isolators or of a tuned mass damper, equipment, "
+            "absorbers and soil do not count. A collapsed sample exceeds every value, so a fractile is empty if "
             "too many samples collapsed. Failed samples are excluded."
         ),
         table("Demands of all samples", heads, rows),
     ]
     is_striped = "im_level" in run and run["im_level"].attrs.get("design") == STRIPED
     if is_striped:
-        for name in [name for name in BY_LEVEL if name in values]:
-            parts.append(_by_level(run, name, values[name], status))
-    return [*parts, *_figures(run, values, status, is_striped)]
+        for name in BY_LEVEL:
+            for units in [units for known, units in values if known == name]:
+                parts.append(_by_level(run, name, units, values[name, units], status))
+    return [*parts, *_figures(run, {name: found for (name, _), found in values.items()}, status, is_striped)]
 
 
-def _by_level(run: xr.Dataset, name: str, values: np.ndarray, status: np.ndarray) -> Part:
+def _by_level(run: xr.Dataset, name: str, units: str, values: np.ndarray, status: np.ndarray) -> Part:
     """Return a table of the fractiles of a demand, with one row per intensity level (at most MOST_LEVELS rows)."""
     levels, kept = run["im_level"].values, status <= COLLAPSED
     rows = []
@@ -97,7 +134,6 @@ def _by_level(run: xr.Dataset, name: str, values: np.ndarray, status: np.ndarray
         failed = int(np.count_nonzero(~kept & (levels == level)))
         found = fractiles(own, SHARES) if own.size else np.full(len(SHARES), np.nan)
         rows.append((float(level), own.size, int(np.isinf(own).sum()), failed, *map(float, found)))
-    units = run[name].attrs.get("units", "")
     heads = (label_of_measure(run), "samples", "collapsed", "failed", *(f"{share:.0%}" for share in SHARES))
     return table(f"{run[name].attrs.get('long_name', name)} [{units}], by level", heads, rows)
 

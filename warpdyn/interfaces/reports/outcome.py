@@ -10,12 +10,12 @@ from warpdyn.campaigns.integration.stability_guard import LARGEST_CHANGE, LARGES
 from warpdyn.foundations.core.messages import amount_of
 from warpdyn.foundations.core.output_variables import COLLAPSED, LARGEST_EXCLUDED_FRACTION, OK, STATUS_MEANINGS
 from warpdyn.interfaces.reports.markup import Part, heading, paragraph, remark, table
-from warpdyn.interfaces.reports.summary import names_of_storeys
+from warpdyn.interfaces.reports.summary import collapses_of_springs, names_of_storeys
 
 MEANINGS = {
     "ok": "the building is standing at the end of the run",
-    "collapsed": "a storey drift exceeded its capacity, or gravity exceeds a storey's stiffness; counts as exceeding "
-    "every demand",
+    "collapsed": "a storey drift or a spring's deformation exceeded its capacity, or gravity exceeds a storey's "
+    "stiffness; counts as exceeding every demand",
     "diverged": "the displacements grew without bound; the sample has no demands",
     "unstable_step": "the step was too long; the sample has no demands",
     "not_converged": "a step had no equilibrium; the sample has no demands",
@@ -42,6 +42,9 @@ def outcome(run: xr.Dataset) -> list[Part]:
         if storeys.size:
             pairs = [(names_of_storeys(run, number), count) for number, count in zip(storeys, collapses, strict=True)]
             parts.append(table("Storey that collapsed first", ("storey", "samples"), pairs))
+    if "spring_of_collapse" in run:
+        pairs = collapses_of_springs(run)
+        parts += [table("Spring that collapsed first", ("spring", "samples"), pairs)] if pairs else []
     found = [remark(text) for text in remarks(run, status)]
     return [*parts, heading("Remarks", 3), *(found or [paragraph("No remarks: the run passed every check.")])]
 

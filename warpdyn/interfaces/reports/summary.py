@@ -97,19 +97,35 @@ def _integration(run: xr.Dataset, steps: np.ndarray) -> list[str]:
 
 
 def _collapses(run: xr.Dataset) -> list[str]:
-    """Return a line of text on the storeys and times [s] of the collapses; [] if no sample collapsed."""
+    """Return a line of text on the storeys or springs, and the times [s], of collapses; [] if no sample collapsed."""
+    if "spring_of_collapse" in run:
+        springs = ", ".join(f"spring {name!r} ({count:,})" for name, count in collapses_of_springs(run))
+        return [f"collapsed in {springs}{_times(run)}"] if springs else []
     if "storey_of_collapse" not in run:
         return []
-    storey, time = run["storey_of_collapse"].values, run["time_of_collapse"].values
+    storey = run["storey_of_collapse"].values
     if not (storey > 0).any():
         return []
     storeys, counts = np.unique(storey[storey > 0], return_counts=True)
     where = ", ".join(
         f"storey {names_of_storeys(run, number)} ({count:,})" for number, count in zip(storeys, counts, strict=True)
     )
+    return [f"collapsed in {where}{_times(run)}"]
+
+
+def _times(run: xr.Dataset) -> str:
+    """Return the first and the last time of collapse [s] as text."""
+    time = run["time_of_collapse"].values
     times = time[np.isfinite(time)]
-    when = f", at {times.min():.4g} to {times.max():.4g} s" if times.size else ""
-    return [f"collapsed in {where}{when}"]
+    return f", at {times.min():.4g} to {times.max():.4g} s" if times.size else ""
+
+
+def collapses_of_springs(run: xr.Dataset) -> list[tuple[str, int]]:
+    """Return the names of the springs that collapsed first, with the number of samples."""
+    place = run["spring_of_collapse"].values
+    places, counts = np.unique(place[place >= 0], return_counts=True)
+    names = run["spring"].values
+    return [(str(names[each]), int(count)) for each, count in zip(places, counts, strict=True) if each < names.size]
 
 
 def names_of_storeys(run: xr.Dataset, number: int) -> str:

@@ -264,6 +264,9 @@ class FilteredNoise(SingleLoad):
     The motion of a sample depends only on the seed and the index of the sample: it is the same for any integration
     step, method and device. After the duration, the acceleration is zero and the structure vibrates freely.
 
+    Each structure has a different motion. To compare structures under the same random motions, use a `Cloud` of the
+    results of `motion`: `Cloud([noise.motion(i, seed=1) for i in range(32)])`.
+
     Args:
         spectrum: WhiteNoise, KanaiTajimi or CloughPenzien.
         duration: Duration of the motion [s].

@@ -36,6 +36,16 @@ def check_correlation(structure: Structure, scatter: Scatter, correlation: Corre
                 f"correlation names {pair}: each key must name two different parameters with random scatter (a "
                 "RandomFactor or RandomValue in scatter=)"
             )
+        first, second = (scatter[name] for name in pair)
+        dims = [structure.dim_of(name) for name in pair]
+        assert isinstance(first, RandomScatter)
+        assert isinstance(second, RandomScatter)
+        if dims[0] != dims[1] and "building" not in (first.per, second.per):
+            raise ValueError(
+                f"correlation names {pair}: {pair[0]} has one draw per {dims[0]} and {pair[1]} one per {dims[1]}, so "
+                f"that no value of one belongs to a value of the other: give one of them per='building', or remove the "
+                "correlation"
+            )
         if not abs(real_number(f"correlation of {pair}", value)) <= 1:
             raise ValueError(f"correlation of {pair} must be from -1 to 1, got {value}")
         if (pair[1], pair[0]) in correlation:

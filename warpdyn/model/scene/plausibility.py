@@ -23,6 +23,7 @@ from warpdyn.model.scene.building_plausibility import add_building
 from warpdyn.model.scene.portfolio import Portfolio
 from warpdyn.model.scene.scatter import GivenValues, RandomFactor, RandomValue, Scatter, central, combined
 from warpdyn.model.scene.scene import Scene
+from warpdyn.model.scene.spring_plausibility import add_lumped
 from warpdyn.model.structures.linear_system import LinearSystem
 from warpdyn.model.structures.lumped.structure import LumpedStructure
 from warpdyn.model.structures.shear_building import ShearBuilding
@@ -102,6 +103,7 @@ def _add_structure(
         values = {**structure.parameters, **central(structure, scatter)}
         if structure.problem(values):
             return 0.0  # the run reports it
+        add_lumped(findings, structure, values, where)
         return _add_linear_system(findings, structure.central_matrices(values), is_shaken=is_shaken)
     if isinstance(structure, LinearSystem):
         matrices = {name: structure.parameters[name] for name in structure.parameters}

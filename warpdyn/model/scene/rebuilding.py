@@ -49,6 +49,7 @@ SCENE_KEYS = (
     *("tail", "record_from", "title"),
 )
 ARCHETYPE_KEYS = ("structure", "count", "scatter", "correlation")
+LUMPED_CHOICES = ("damping", "damping_ratio", "outputs", "rotations", "groups", "output_units")
 BUILDING_KEYS = ("law", "damping", "mass", "stiffness", "height")
 
 
@@ -199,7 +200,7 @@ class Rebuilding:
             springs.append(kind(**values))
         names = told["degrees_of_freedom"]
         mass = self._numbers(told["mass"], f"{where}.mass").tolist()
-        chosen: dict[str, Any] = {name: told[name] for name in ("damping", "damping_ratio", "outputs") if name in told}
+        chosen: dict[str, Any] = {name: told[name] for name in LUMPED_CHOICES if name in told}
         chosen |= {"damping_modes": tuple(told["damping_modes"])} if "damping_modes" in told else {}
         for name in (*MATRICES, "load_mass"):
             if name in told:
@@ -207,7 +208,9 @@ class Rebuilding:
         influence = [dict(zip(names, row, strict=True)) for row in told["influence"]]
         masses = dict(zip(names, mass, strict=True))
         if not is_torsional:
-            return LumpedStructure(masses, springs, influence=influence, **chosen)
+            structure = LumpedStructure(masses, springs, influence=influence, **chosen)
+            structure.is_vehicle = bool(told.get("is_vehicle", False))
+            return structure
         _check_keys(told, where, (), ("plan", "mass_centres"))
         chosen |= {name: self._numbers(told[name], f"{where}.{name}") for name in ("plan", "mass_centres")}
         return TorsionalBuilding.of_parts(masses, springs, influence=influence, **chosen)

@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from warpdyn.foundations.core.checks import finite_numbers, one_of, real_number, real_numbers
+from warpdyn.foundations.core.checks import finite_numbers, one_of, real_number, real_numbers, shortened, whole_number
 from warpdyn.foundations.core.frozen_values import FrozenArrays
 from warpdyn.foundations.core.near_misses import did_you_mean, with_suggestions
 from warpdyn.model.scene.distributions import Distribution
+from warpdyn.model.structures.shear_building import ShearBuilding
 from warpdyn.model.structures.structure import Structure
 
 # A draw applies to all storeys (springs, degrees of freedom, members) of a structure, or to one of them.
@@ -25,6 +26,10 @@ class ParameterScatter(ABC):
     def variables(self, storeys: int) -> int:
         """Return the number of random variables that this scatter draws for a structure with `storeys` storeys."""
         return 0
+
+    def varied(self, name: str, structure: Structure) -> np.ndarray | None:
+        """Return which values of a parameter are drawn, shape [place]; the others are nominal. None: all are drawn."""
+        return None
 
     def rows(self, count: int) -> np.ndarray | slice:
         """Return the indices of `count` random structures; for GivenValues, a slice of all given structures."""
@@ -55,6 +60,7 @@ class RandomScatter(ParameterScatter):
     distribution: Distribution
     per: str = "building"
     storey_correlation: float = 0.0
+    only: str | Sequence[str] | Sequence[int] | None = None
 
     def __post_init__(self) -> None:
         if not isinstance(self.distribution, Distribution):
@@ -67,6 +73,18 @@ class RandomScatter(ParameterScatter):
                 "storey_correlation needs per='storey' (or 'spring', 'dof'): with per='building' one draw applies to "
                 "all storeys. Give per='storey', or remove storey_correlation"
             )
+        if self.only is not None:
+            object.__setattr__(self, "only", _places(self.only))
+
+    def description(self) -> dict[str, Any]:
+        """Return the scatter as a dictionary, for the JSON of its scene."""
+        told: dict[str, Any] = {"type": type(self).__name__, "distribution": self.distribution, "per": self.per}
+        told |= {"storey_correlation": self.storey_correlation}
+        return told if self.only is None else {**told, "only": self.only}
+
+    def varied(self, name: str, structure: Structure) -> np.ndarray | None:
+        """Return which values of a parameter are drawn, shape [place]; the others are nominal. None: all are drawn."""
+        return structure.varied(name, self.only)  # type: ignore[arg-type] # a tuple after the check
 
     def variables(self, storeys: int) -> int:
         """Return the number of random variables: one per storey, or one for the building, according to `per`."""
@@ -74,6 +92,8 @@ class RandomScatter(ParameterScatter):
 
     def problem(self, name: str, structure: Structure) -> str | None:
         """Return a message if the scatter does not fit the parameter `name` of the structure; None if it fits."""
+        if self.only is not None and (problem := structure.only_problem(name, self.only)):  # type: ignore[arg-type]
+            return f"scatter[{name!r}]: {problem}"
         if self.per == "building":
             return None
         if not structure.is_by_storey(name):
@@ -92,6 +112,37 @@ class RandomScatter(ParameterScatter):
         """Return the parameter's values from its nominal value and its random numbers, whose shapes broadcast."""
 
 
+def _places(only: object) -> tuple[str, ...] | tuple[int, ...]:
+    """Return the argument `only` as a tuple of names or of storey numbers, or raise an error."""
+    places = (only,) if isinstance(only, str | int) else only
+    if isinstance(places, list | tuple | range | np.ndarray) and len(places):
+        if all(isinstance(each, str) for each in places):
+            return tuple(map(str, places))
+        if not any(isinstance(each, str) for each in places):
+            return tuple(whole_number("only", each, least=1) for each in places)
+    raise TypeError(
+        "only must be storeys, such as only=range(1, 5) for storeys 1 to 4, or names of springs, degrees of freedom or "
+        f"groups, such as only=('soil',), got {shortened(only)}"
+    )
+
+
+def also_of_added_storeys(name: str, structure: Structure) -> str | None:
+    """Return the start of a message if one value would replace those of the building and of isolators or a damper.
+
+    None: the structure has no added storeys, or only one of both kinds of storeys has the parameter.
+    """
+    if not isinstance(structure, ShearBuilding) or structure.own_storeys.all() or not structure.is_by_storey(name):
+        return None
+    own, has = structure.own_storeys, ~np.isnan(structure.nominal_values[name])
+    if not (has[own].any() and has[~own].any()):
+        return None
+    added = ", ".join(map(str, np.flatnonzero(~own) + 1))
+    return (
+        f"scatter[{name!r}]: one value would replace the values of the building's storeys and those of storey {added} "
+        "(isolators or tuned mass damper)"
+    )
+
+
 @with_suggestions
 @dataclass(frozen=True)
 class RandomFactor(RandomScatter):
@@ -102,10 +153,14 @@ class RandomFactor(RandomScatter):
         per: "building" (one draw for all storeys, springs or degrees of freedom), "storey" (one draw per storey) or,
             of a LumpedStructure, "spring" or "dof", or of a reduced Frame "member".
         storey_correlation: Correlation between the draws of two storeys [1], 0 to 1; needs `per="storey"`.
+        only: Storeys of a building whose values are drawn, such as `range(2, 6)` for storeys 2 to 5; or names of
+            springs, degrees of freedom or groups of a LumpedStructure. The others have their nominal values. None: all
+            storeys, including those of isolators and of a tuned mass damper; of a LumpedStructure, all except those of
+            the groups "equipment", "absorber" and "soil".
 
     Raises:
-        TypeError, ValueError: If `distribution` or `per` is invalid, or `storey_correlation` is out of range or given
-            with `per="building"`.
+        TypeError, ValueError: If `distribution` or `per` is invalid, `only` is not in the structure, or
+            `storey_correlation` is out of range or given with `per="building"`.
 
     Example:
         >>> own = wd.RandomFactor(wd.Lognormal(1.0, 0.2), per="storey", storey_correlation=0.5)
@@ -129,10 +184,14 @@ class RandomValue(RandomScatter):
         per: "building" (one draw for all storeys, springs or degrees of freedom), "storey" (one draw per storey) or,
             of a LumpedStructure, "spring" or "dof", or of a reduced Frame "member".
         storey_correlation: Correlation between the draws of two storeys [1], 0 to 1; needs `per="storey"`.
+        only: Storeys of a building whose values are drawn, such as `range(2, 6)` for storeys 2 to 5; or names of
+            springs, degrees of freedom or groups of a LumpedStructure. The others have their nominal values. None: all
+            storeys, including those of isolators and of a tuned mass damper; of a LumpedStructure, all except those of
+            the groups "equipment", "absorber" and "soil".
 
     Raises:
-        TypeError, ValueError: If `distribution` or `per` is invalid, or `storey_correlation` is out of range or given
-            with `per="building"`.
+        TypeError, ValueError: If `distribution` or `per` is invalid, `only` is not in the structure, or
+            `storey_correlation` is out of range or given with `per="building"`.
 
     Example:
         >>> wd.Scene(building, stripes, {"damping_ratio": wd.RandomValue(wd.Uniform(0.02, 0.08))}).sampling
@@ -143,6 +202,8 @@ class RandomValue(RandomScatter):
         """Return a message if the scatter does not fit the parameter `name` of the structure; None if it fits."""
         if structure.is_scaled:
             return f"scatter[{name!r}]: a matrix can only be scaled; give RandomFactor(...) instead of RandomValue(...)"
+        if self.per == "building" and self.only is None and (also := also_of_added_storeys(name, structure)):
+            return f"{also}: give only=, such as only=range(1, 4), to RandomValue"
         return super().problem(name, structure)
 
     def applied(self, nominal: np.ndarray, drawn: np.ndarray) -> np.ndarray:
@@ -195,6 +256,8 @@ class GivenValues(FrozenArrays, ParameterScatter):
         if self.values.ndim == 2 and (not by_storey or self.values.shape[1] != structure.length_of(name)):
             wanted = f"[structure, {structure.length_of(name)}] or [structure]" if by_storey else "[structure]"
             return f"scatter[{name!r}] lists values of shape {self.values.shape}; it must be {wanted}"
+        if self.values.ndim == 1 and (also := also_of_added_storeys(name, structure)):
+            return f"{also}: give GivenValues of shape [structure, {structure.length_of(name)}], one value per storey"
         missing = np.isnan(self.values).any(axis=0) & ~np.isnan(structure.nominal_values[name])
         for storey in np.flatnonzero(missing):
             return f"scatter[{name!r}] lists nan at storey {storey + 1}, whose law needs {name}"
@@ -236,7 +299,7 @@ def check_scatter(structure: Structure, scatter: Scatter) -> None:
                 f"value for all structures as {name}= of the structure, one value per structure as "
                 f"GivenValues([...]), and a dispersion as RandomFactor(Lognormal(1.0, dispersion))"
             )
-        is_of_one = isinstance(spread, RandomFactor) and spread.per == "building"
+        is_of_one = isinstance(spread, RandomFactor) and spread.per == "building" and spread.only is None
         problem = structure.scatter_problem(name, is_common_factor=is_of_one) or spread.problem(name, structure)
         if problem:
             raise ValueError(f"scatter[{name!r}]: {problem.removeprefix(f'scatter[{name!r}]: ')}")
@@ -260,15 +323,28 @@ def _at(structure: Structure, scatter: Scatter, z: np.ndarray) -> dict[str, np.n
     values, nominal = {}, structure.nominal_values
     for name, spread in scatter.items():
         normals = np.broadcast_to(z, (spread.variables(structure.length_of(name)), z.size))
-        values[name] = combined(nominal[name], spread, normals, spread.rows(z.size)).T
+        varied = spread.varied(name, structure)
+        values[name] = combined(nominal[name], spread, normals, spread.rows(z.size), varied).T
     return values
 
 
 def combined(
-    nominal: np.ndarray, spread: ParameterScatter, normals: np.ndarray, structures: np.ndarray | slice
+    nominal: np.ndarray,
+    spread: ParameterScatter,
+    normals: np.ndarray,
+    structures: np.ndarray | slice,
+    varied: np.ndarray | None = None,
 ) -> np.ndarray:
-    """Return the result of `ParameterScatter.draw`, with NaN in storeys whose law does not have the parameter."""
-    return only_at(storeys_with(nominal), spread.draw(nominal, normals, structures))
+    """Return the result of `ParameterScatter.draw`, with NaN in storeys whose law does not have the parameter.
+
+    Places for which `varied` is False have their nominal values; None: all are drawn.
+    """
+    return only_at(storeys_with(nominal), only_varied(varied, spread.draw(nominal, normals, structures), nominal))
+
+
+def only_varied(varied: np.ndarray | None, values: np.ndarray, nominal: np.ndarray) -> np.ndarray:
+    """Return drawn values, shape [place, structure], with nominal values in places for which `varied` is False."""
+    return values if varied is None else np.where(varied[:, None], values, nominal[:, None])
 
 
 def only_at(taken: np.ndarray | None, values: np.ndarray) -> np.ndarray:

@@ -32,7 +32,12 @@ def undamped_modes(stiffness: np.ndarray, mass: np.ndarray) -> tuple[np.ndarray,
 
 
 def modal_properties(
-    mass: np.ndarray, stiffness: np.ndarray, influence: np.ndarray | None = None, *, may_move_freely: bool = False
+    mass: np.ndarray,
+    stiffness: np.ndarray,
+    influence: np.ndarray | None = None,
+    *,
+    load_mass: np.ndarray | None = None,
+    may_move_freely: bool = False,
 ) -> xr.Dataset:
     """Return periods, shapes, participation factors and effective masses of undamped modes, by increasing frequency.
 
@@ -43,10 +48,13 @@ def modal_properties(
         mass: Masses [kg], shape [dof], or mass matrix, symmetric and positive definite, shape [dof, dof].
         stiffness: Stiffness matrix [N/m], symmetric and positive definite, shape [dof, dof].
         influence: Displacement of each degree of freedom (DOF) per unit base displacement [1], shape [dof]; None: ones.
+            For several components of base motion: shape [dof, component].
+        load_mass: Mass matrix of the load [kg], shape [dof, dof]; None: the mass.
         may_move_freely: Whether the stiffness may be singular, so that some periods (but not all) are infinite.
 
     Returns:
-        Dataset with the dimensions `mode` and `dof`; periods in s, effective masses in kg.
+        Dataset with the dimensions `mode` and `dof`; periods in s, effective masses in kg. Participation factors and
+        effective masses also have the dimension `component` if `influence` has several columns.
 
     Raises:
         ValueError: If a shape is wrong, or a matrix is asymmetric, singular or not positive definite.
@@ -65,7 +73,8 @@ def modal_properties(
             "mass"
         )
     influence = np.ones(len(matrix)) if influence is None else unmasked("influence", influence, np.float64)
-    if influence.shape != (len(matrix),) or not np.isfinite(influence).all() or not influence.any():
+    is_vector = influence.ndim == 1
+    if influence.ndim > 2 or len(influence) != len(matrix) or not np.isfinite(influence).all() or not influence.any():
         raise ValueError(f"influence must be finite, not all 0, and of shape [{len(matrix)}], got {influence}")
     eigenvalue, shape = undamped_modes(stiffness, matrix)
     if may_move_freely and (eigenvalue[0] < 0 or not eigenvalue.any()):
@@ -84,8 +93,11 @@ def modal_properties(
     shape = shape.T  # [mode, dof]
     shape /= np.take_along_axis(shape, np.abs(shape).argmax(axis=1)[:, None], axis=1)
     modal_mass = np.einsum("mi,ij,mj->m", shape, matrix, shape)
-    excitation = shape @ matrix @ influence
+    pull = (matrix if load_mass is None else load_mass) @ influence
+    excitation = shape @ pull
+    modal_mass = modal_mass if is_vector else modal_mass[:, None]
     effective_mass = excitation**2 / modal_mass
+    total = effective_mass.sum(axis=0)  # of all modes: the moved mass, influence^T M influence
     omega = np.sqrt(eigenvalue)
     with np.errstate(divide="ignore"):
         period = 2 * np.pi / omega
@@ -94,9 +106,15 @@ def modal_properties(
         "circular_frequency": (omega, "natural circular frequency", "rad s-1"),
         "participation_factor": (excitation / modal_mass, "modal participation factor", "1"),
         "effective_mass": (effective_mass, "effective modal mass", "kg"),
-        "effective_mass_ratio": (effective_mass / (influence @ matrix @ influence), "effective modal mass ratio", "1"),
+        "effective_mass_ratio": (effective_mass / np.where(total > 0, total, 1.0), "effective modal mass ratio", "1"),
     }
-    dataset = xr.Dataset({k: ("mode", v, {"long_name": name, "units": unit}) for k, (v, name, unit) in columns.items()})
+    dims = ("mode", "component")
+    dataset = xr.Dataset(
+        {k: (dims[: v.ndim], v, {"long_name": name, "units": unit}) for k, (v, name, unit) in columns.items()}
+    )
+    if not is_vector:
+        numbers = np.arange(1, influence.shape[1] + 1)
+        dataset["component"] = ("component", numbers, {"long_name": "component of the base motion", "units": "1"})
     dataset["shape"] = (("mode", "dof"), shape, {"long_name": "mode shape, largest component 1", "units": "1"})
     return dataset.assign_coords(
         mode=("mode", np.arange(1, len(omega) + 1), {"long_name": "mode number", "units": "1"}),
@@ -106,6 +124,8 @@ def modal_properties(
 
 def modal_table(modes: xr.Dataset) -> str:
     """Return the modes as a text table: periods, frequencies, participation, effective masses and their sums.
+
+    For several components of base motion, the table has columns of effective masses for each component.
 
     Args:
         modes: The result of a structure's `modal()`, or some modes of it, such as `modal().isel(mode=slice(3))`.
@@ -122,20 +142,26 @@ def modal_table(modes: xr.Dataset) -> str:
     check_dataset(
         "modal_table", modes, "period", "effective_mass_ratio", advice="give building.modal()", argument="modes"
     )
-    head = ("mode", "period [s]", "frequency [Hz]", "participation", "effective mass [t]", "share", "sum of shares")
-    ratio = 100 * modes["effective_mass_ratio"].values
-    columns = zip(
-        (f"{mode:d}" for mode in modes["mode"].values),
-        (f"{period:.5g}" for period in modes["period"].values),
-        (f"{omega / (2 * np.pi):.5g}" for omega in modes["circular_frequency"].values),
-        (f"{factor:.4f}" for factor in modes["participation_factor"].values),
-        (f"{mass / 1000:.5g}" for mass in modes["effective_mass"].values),
-        (f"{share:.2f} %" for share in ratio),
-        (f"{share:.2f} %" for share in np.cumsum(ratio)),
-        strict=True,
-    )
-    rows = [head, *columns]
-    widths = [max(len(row[column]) for row in rows) for column in range(len(head))]
+    columns = [
+        ["mode", *(f"{mode:d}" for mode in modes["mode"].values)],
+        ["period [s]", *(f"{period:.5g}" for period in modes["period"].values)],
+        ["frequency [Hz]", *(f"{omega / (2 * np.pi):.5g}" for omega in modes["circular_frequency"].values)],
+    ]
+    if "component" in modes.dims:
+        parts = {f"base {each}: ": modes.sel(component=each) for each in modes["component"].values}
+    else:
+        parts = {"": modes}
+    for name, part in parts.items():
+        ratio = 100 * part["effective_mass_ratio"].values
+        if not name:
+            columns.append(["participation", *(f"{factor:.4f}" for factor in part["participation_factor"].values)])
+        columns += [
+            [f"{name}effective mass [t]", *(f"{mass / 1000:.5g}" for mass in part["effective_mass"].values)],
+            ["share", *(f"{share:.2f} %" for share in ratio)],
+            ["sum of shares", *(f"{share:.2f} %" for share in np.cumsum(ratio))],
+        ]
+    rows = list(zip(*columns, strict=True))
+    widths = [max(len(row[column]) for row in rows) for column in range(len(columns))]
     return Text(
         "\n".join("  ".join(f"{text:>{width}}" for text, width in zip(row, widths, strict=True)) for row in rows)
     )

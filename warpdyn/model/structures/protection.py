@@ -60,8 +60,8 @@ class ProtectedChain:
         Args:
             law: Law of the isolators, by name or as an object of its class: "lead_rubber_bearing" (`stiffness` before
                 yield [N/m], `yield_force` [N], `post_yield_stiffness` [N/m]), "friction_pendulum" (`stiffness` before
-                sliding [N/m], `friction_coefficient`, `radius` [m]; `weight` [N], by default the weight of building
-                and base mass), or "elastic", "bilinear" or "bouc_wen".
+                sliding [N/m], such as the friction force divided by 1 mm, `friction_coefficient`, `radius` [m];
+                `weight` [N], by default the weight of building and base mass), or "elastic", "bilinear" or "bouc_wen".
             base_mass: Mass between the isolators and the first storey [kg].
             displacement_capacity: Displacement at which the isolators fail [m]. The height of the isolator storey is
                 set to ten times this displacement, so that its drift ratio is 0.1 when the isolators fail: with
@@ -113,6 +113,9 @@ class ProtectedChain:
         ratio is sqrt(3 mu / (8 (1 + mu))) (Den Hartog, Mechanical Vibrations, 4th edition, section 3.3, where the
         damping ratio refers to the building's frequency; in warpdyn it refers to the damper's frequency). Rayleigh
         damping and stiffness-proportional damping are treated as in `on_isolators`.
+
+        The damper is the last storey of the model. A random factor of the `stiffness` also multiplies its spring, so
+        that it stays tuned. `RandomFactor(..., only=range(1, 9))` limits the factor to a building of eight storeys.
 
         Args:
             mass_ratio: Mass of the damper divided by the modal mass of the first mode (with shape 1 at the roof) [1];

@@ -258,6 +258,22 @@ class ShearBuilding(CalibratedChain, ProtectedChain, Structure):
         """Return whether the parameter `name` has one value per storey; only the damping ratio has one per building."""
         return name not in BUILDING_PARAMETERS
 
+    def varied(self, name: str, only: tuple[str, ...] | tuple[int, ...] | None) -> np.ndarray | None:
+        """Return which values of a parameter a random scatter draws, shape [storey]; None: all; see Structure."""
+        return None if only is None else np.isin(np.arange(1, self.length_of(name) + 1), only)
+
+    def only_problem(self, name: str, only: tuple[str, ...] | tuple[int, ...]) -> str | None:
+        """Return why scatter of a parameter cannot be restricted to these storeys; None if it can."""
+        if not self.is_by_storey(name):
+            return f"{name} has no value per storey: remove only="
+        if isinstance(only[0], str):
+            return (
+                f"only= names {only[0]!r}, but a ShearBuilding has storeys with numbers: give numbers, such as "
+                "only=range(1, 4), or convert the building by wd.lumped_chain(building)"
+            )
+        most = self.length_of(name)
+        return f"only= contains storey {max(only)}, but the structure has {most} storeys" if max(only) > most else None
+
     def input_name(self, name: str) -> str:
         """Return the name of a parameter's random values in the dataset: the unchanged name of the parameter."""
         return name

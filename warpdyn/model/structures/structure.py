@@ -39,7 +39,7 @@ class Structure(ABC):
     demand: ClassVar[str]
     can_yield: ClassVar[bool] = True
     is_many: ClassVar[bool] = False
-    is_vehicle: ClassVar[bool] = False
+    is_vehicle: bool = False
     is_scaled: ClassVar[bool] = False
     law: str
     storey_laws: tuple[str, ...]
@@ -78,6 +78,23 @@ class Structure(ABC):
     def names_along(self, dim: str) -> tuple[str, ...] | None:
         """Return the names of the degrees of freedom or springs along a dimension; None if they have only numbers."""
         return None
+
+    def units_along(self, dims: tuple[str, ...], units: str) -> str:
+        """Return the units of a variable with these dimensions, whose translations have the units `units`."""
+        return units
+
+    def varied(self, name: str, only: tuple[str, ...] | tuple[int, ...] | None) -> np.ndarray | None:
+        """Return which values of a parameter a random scatter draws, shape [place]; None: all of them.
+
+        Args:
+            name: Name of the parameter.
+            only: Numbers or names of the places, or names of groups, that are drawn; None: the default.
+        """
+        return None
+
+    def only_problem(self, name: str, only: tuple[str, ...] | tuple[int, ...]) -> str | None:
+        """Return why scatter of a parameter cannot be restricted to these names; None if it can."""
+        return "only= needs a ShearBuilding or a LumpedStructure: remove only="
 
     def scatter_problem(self, name: str, *, is_common_factor: bool) -> str | None:
         """Return why a parameter cannot be random; None if it can.

@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from warpdyn.foundations.core.plausibility import PlausibilityFindings
-from warpdyn.foundations.core.plausibility.table import HIGHEST_HAZARD_SLOPE
+from warpdyn.foundations.core.plausibility.check import HIGHEST_HAZARD_SLOPE
 from warpdyn.model.ground_motions.measures.names import measure_named
 
 HIGHEST_RATE, AT_INTENSITY = 0.2, 0.1  # rate [1/year] at a PGA [g]

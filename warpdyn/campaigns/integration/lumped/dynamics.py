@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from warpdyn.campaigns.integration.dynamics import Arrays, Dynamics, Modes, slowest_decay
+from warpdyn.campaigns.integration.lumped.rounding import LARGEST_ERROR, error_of_float32
 from warpdyn.engine.kernels.lumped.pattern import OF_ENERGIES, PAIR, Pattern, Table, table_of, values_in
 from warpdyn.engine.kernels.output_table import HISTORY, OF_SPRINGS
 from warpdyn.engine.laws.building_law import BuildingLaw
@@ -17,7 +18,7 @@ from warpdyn.engine.methods.stability_limits import stable_step_of_eigenvalues, 
 from warpdyn.engine.methods.state_matrices import highest_damping_rate, state_eigenvalues
 from warpdyn.engine.methods.table import Method
 from warpdyn.model.ground_motions.excitation import Excitation
-from warpdyn.model.structures.lumped.matrices import of_springs_only, undamped
+from warpdyn.model.structures.lumped.matrices import of_springs_only, undamped, without_rounding
 from warpdyn.model.structures.lumped.structure import LumpedStructure
 
 Variants = tuple[list[Variant], list[Variant]]
@@ -49,6 +50,8 @@ class LumpedDynamics(Dynamics):
         self.has_drift_capacity = "deformation_capacity" in structure.parameters
         self.damping = "mass_proportional" if structure.damping in ("rayleigh", "mass_proportional") else "none"
         self.pattern = self._pattern_of(representative)
+        error = error_of_float32(structure)
+        self.error_of_float32 = error if error > LARGEST_ERROR else 0.0
 
     def _pattern_of(self, representative: Mapping[str, np.ndarray]) -> Pattern:
         """Return the pattern of all structures that may be drawn."""
@@ -70,7 +73,15 @@ class LumpedDynamics(Dynamics):
         elastic = structure.mass_matrices(parameters), structure.stiffness_matrices(parameters)
         rayleigh = structure.rayleigh(parameters, np.sqrt(undamped(*elastic)[0]))
         matrices = self._matrices(parameters, rayleigh)
-        tables = {name: table_of(matrix) for name, matrix in matrices.items()}
+        tables = {
+            name: table_of(
+                matrix,
+                has_signs=name != "damping",  # modes decide the signs in a matrix of modal damping
+                may_be_computed=name in ("stiffness", "damping", "output"),
+                is_symmetric=name != "output",
+            )
+            for name, matrix in matrices.items()
+        }
         for name in ("stiffness", "damping", "unmoved"):
             if tables[name].is_empty:
                 tables[name] = Table()
@@ -104,7 +115,8 @@ class LumpedDynamics(Dynamics):
         """Return the matrices of the kernel by the names of the pattern's tables, shape [structure, row, column]."""
         structure, count = self.structure, len(parameters["mass"])
         mass = structure.mass_matrices(parameters)
-        inverse = _without_rounding(np.linalg.inv(mass))
+        inverse = np.linalg.inv(mass)
+        inverse = without_rounding((inverse + inverse.transpose(0, 2, 1)) / 2, ROUNDED)
         elastic = structure.elastic_matrices(parameters) - structure.geometric_matrices(parameters)
         outputs = structure.output_matrices(parameters)
         influence = np.broadcast_to(structure.influence, (count, *structure.influence.shape))
@@ -178,13 +190,6 @@ def laws_of(structure: LumpedStructure) -> tuple[BuildingLaw, BuildingLaw | None
         return structure.storey_law, None
     laws, first = structure.storey_law.of_storeys, len(structure.springs) - PAIR * structure.pairs
     return BuildingLaw(laws[:first] or (Elastic,)), BuildingLaw(laws[first::PAIR])
-
-
-def _without_rounding(matrices: np.ndarray) -> np.ndarray:
-    """Return symmetric inverse matrices, with 0 where an entry is only rounding, shape [structure, dof, dof]."""
-    matrices = (matrices + matrices.transpose(0, 2, 1)) / 2
-    root = np.sqrt(np.einsum("sii->si", matrices))
-    return np.where(np.abs(matrices) <= ROUNDED * root[:, :, None] * root[:, None, :], 0.0, matrices)
 
 
 def _near(values: np.ndarray, others: np.ndarray) -> np.ndarray:

@@ -13,7 +13,9 @@ from warpdyn.campaigns.running.certification.checks import (
 )
 from warpdyn.campaigns.running.certification.paths import Storeys
 from warpdyn.campaigns.running.certification.report import Certificate
-from warpdyn.engine.laws import Device, Law
+from warpdyn.engine.laws import BIAXIAL_LAWS, CONTACTS, Device, Law
+from warpdyn.engine.laws.biaxial.law import BiaxialLaw
+from warpdyn.engine.laws.contacts.contact import Contact
 from warpdyn.foundations.core.checks import real_number
 
 YIELD_DRIFT, STIFFNESS = 0.01, 1.0e7  # [m], [N/m]: defaults if the parameters of a law do not determine them
@@ -49,9 +51,14 @@ def certify(
         True
     """
     if not isinstance(law, Law | Device):
-        raise TypeError(
-            f"certify() takes a law with its parameters, got {law!r}: give an object such as wd.laws.Elastic()"
-        )
+        given = law if isinstance(law, type) else type(law)
+        if (isinstance(law, str) and law in BIAXIAL_LAWS) or issubclass(given, BiaxialLaw):
+            advice = "compare the result of wd.BiaxialSpring(...).forces_along(path) with a test instead"
+        elif (isinstance(law, str) and law in CONTACTS) or issubclass(given, Contact):
+            advice = "it needs the rate of deformation, and has no test: simulate the impact of two masses instead"
+        else:
+            advice = "give an object such as wd.laws.Elastic()"
+        raise TypeError(f"certify() takes a storey law with its parameters, got {law!r}: {advice}")
     storeys = _storeys(law, stiffness, drift)
     return certificate(repr(law), storeys, device)
 

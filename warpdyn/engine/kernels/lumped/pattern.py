@@ -16,6 +16,7 @@ PAIR = 2  # components of a biaxial spring
 # A matrix with more terms than this is stored with its zeros, unless more than 70 % of its entries are 0. Loops over it
 # compile in seconds; statements for each of 64 rows with 64 terms take many minutes.
 MOST_TERMS, FULL_SHARE = 200, 0.3
+MOST_PER_ROW = 4  # terms in rows whose entries share values: drifts of a plan's edge have 4, rows of a chain 3
 OF_ENERGIES = ("mass", "pull")  # the last tables of a pattern
 UNIT = -1  # place of a value that is 1 in all structures
 
@@ -124,22 +125,36 @@ class Pattern:
         return sum(self.tables[name].values for name in OF_ENERGIES)
 
 
-def table_of(matrices: np.ndarray) -> Table:
+def table_of(
+    matrices: np.ndarray, *, has_signs: bool = True, may_be_computed: bool = False, is_symmetric: bool = False
+) -> Table:
     """Return the table of a matrix of some structures.
 
     Args:
         matrices: The matrix of each structure, shape [structure, row, column]. Entries whose absolute values are equal
             in all structures share a value.
+        has_signs: Whether the terms contain the signs of the entries. False: the values do, so that structures whose
+            entries have other signs share the kernel; entries share a value if they are equal.
+        may_be_computed: Whether the entries may be results of a computation, such as a static condensation. Then
+            rounding would decide which entries are equal, and each new structure would need another kernel. Therefore
+            entries of rows with more than MOST_PER_ROW terms share a value only with their mirrored entries.
+        is_symmetric: Whether mirrored entries are equal.
     """
-    places: dict[bytes, int] = {}
+    places: dict[bytes | tuple[int, int], int] = {}
+    is_long = np.any(matrices, axis=0).sum(axis=1) > MOST_PER_ROW
+    if is_symmetric:  # a row shares values with other rows
+        is_long[:] = np.any(matrices, axis=0).sum() > MOST_PER_ROW * matrices.shape[1]
     rows: list[tuple[Term, ...]] = []
     for row in range(matrices.shape[1]):
         terms = []
         for column in np.flatnonzero(np.any(matrices[:, row], axis=0)):
             entry = matrices[:, row, column]
-            sign = -1 if (entry <= 0).all() else 1
+            sign = -1 if has_signs and (entry <= 0).all() else 1
             own = sign * entry
-            place = UNIT if (own == 1).all() else places.setdefault(own.tobytes(), len(places))
+            key: bytes | tuple[int, int] = own.tobytes()
+            if may_be_computed and is_long[row]:
+                key = (min(row, column), max(row, column)) if is_symmetric else (row, column)
+            place = UNIT if (own == 1).all() else places.setdefault(key, len(places))
             terms.append(Term(int(column), sign, place))
         rows.append(tuple(terms))
     count, columns = matrices.shape[1:]

@@ -54,6 +54,23 @@ def viscous_ratio(restitution: np.ndarray) -> np.ndarray:
     return -logarithm / np.sqrt(np.pi**2 + logarithm**2)
 
 
+def jankowski_ratio(restitution: np.ndarray) -> np.ndarray:
+    """Return the damping ratio of a Jankowski contact with this coefficient of restitution."""
+    e = restitution
+    found: np.ndarray = 4.5 * np.sqrt(5) * (1 - e**2) / (e * (e * (9 * np.pi - 16) + 16))
+    return found
+
+
+def ye_li_zhu_factor(restitution: np.ndarray) -> np.ndarray:
+    """Return the factor of d' / v of a Hertz-damp contact after Ye, Li and Zhu (2009)."""
+    return 8 * (1 - restitution) / (5 * restitution)
+
+
+def muthukumar_des_roches_factor(restitution: np.ndarray) -> np.ndarray:
+    """Return the factor of d' / v of a Hertz-damp contact after Muthukumar and DesRoches (2006)."""
+    return 0.75 * (1 - restitution**2)
+
+
 class KelvinVoigtContact(Contact):
     """A spring and a dashpot without tension: F = max(0, k d + c d'), c = 2 xi sqrt(k m).
 
@@ -155,12 +172,10 @@ class JankowskiContact(Contact):
 
     @staticmethod
     def named_coefficients(p: Values, row: str) -> dict[str, np.ndarray]:
-        e = p["restitution"]
-        ratio = 4.5 * np.sqrt(5) * (1 - e**2) / (e * (e * (9 * np.pi - 16) + 16))
         return {
             "clearance": p["clearance"],
             "stiffness": p["hertz_stiffness"],
-            "damping": 2 * ratio * np.sqrt(p["hertz_stiffness"] * p["impact_mass"]),
+            "damping": 2 * jankowski_ratio(p["restitution"]) * np.sqrt(p["hertz_stiffness"] * p["impact_mass"]),
         }
 
     @staticmethod
@@ -223,7 +238,7 @@ class YeLiZhuContact(_HertzDampContact):
 
     @classmethod
     def damping_factor(cls, restitution: np.ndarray) -> np.ndarray:
-        return 8 * (1 - restitution) / (5 * restitution)
+        return ye_li_zhu_factor(restitution)
 
 
 class MuthukumarDesRochesContact(_HertzDampContact):
@@ -239,7 +254,7 @@ class MuthukumarDesRochesContact(_HertzDampContact):
 
     @classmethod
     def damping_factor(cls, restitution: np.ndarray) -> np.ndarray:
-        return 0.75 * (1 - restitution**2)
+        return muthukumar_des_roches_factor(restitution)
 
 
 def _hertz_slope(p: Values) -> np.ndarray:

@@ -7,111 +7,31 @@ a function that computes the checked quantity from a `BuildingView` (warpdyn/mod
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
-from typing import Any
+from collections.abc import Mapping
 
 import numpy as np
 
-from warpdyn.foundations.core.units import STANDARD_GRAVITY
-
-MOST_MISTAKES = 2  # likely mistakes in one warning, each with the value that would be meant
-MOST_NAMED = 3  # mistakes that a warning excludes if no mistake explains the value
-LEAST_YIELD_DRIFT_RATIO = 7e-5  # top storeys of old Hazus buildings: 9.5e-5; forces in kN lead to at most 5e-5
-HIGHEST_HAZARD_SLOPE = 1.7  # of the highest hazard of any site, ln(rate) over ln(intensity)
-LARGEST_RECORDED = 2 * STANDARD_GRAVITY  # exceeded only rarely: 2.7 g at Tsukidate in 2011 (K-NET, MYG004)
-
-# Clause that describes a likely mistake -> factor from the given to the intended value. None: no factor corrects the
-# mistake. A function: no factor corrects it, and the function returns whether a value may be due to the mistake.
-Mistakes = dict[str, float | Callable[[float], bool] | None]
-G = STANDARD_GRAVITY
-# Units that users give in place of SI units, each with its size in SI units.
-LENGTH = {"mm": 1e-3, "cm": 1e-2, "feet": 0.3048}
-VELOCITY = {"cm/s": 1e-2, "mm/s": 1e-3}
-TIME = {"ms": 1e-3}
-FORCE = {"kN": 1e3, "MN": 1e6, "kg": G, "tonnes": 1e3 * G}
-STIFFNESS = {"kN/m or N/mm": 1e3, "kN/mm or MN/m": 1e6}
-MASS = {"tonnes": 1e3, "kN of weight": 1e3 / G}
-ACCELERATION = {"g": G, "cm/s2 (gal)": 1e-2, "mm/s2": 1e-3, "% g": G / 100}
-ACCELERATION_IN_G = {unit: size / G for unit, size in ACCELERATION.items() if unit != "g"} | {"m/s2": 1 / G}
-PERCENT = {"percent": 1e-2}
-DASHPOT = {"kN s/m": 1e3, "MN s/m": 1e6}
-
-
-@dataclass(frozen=True)
-class Check:
-    """The plausibility check of one quantity, such as the storey height.
-
-    Args:
-        words: The quantity in words.
-        units: Unit of the quantity in warpdyn.
-        low: Smallest usual value.
-        high: Largest usual value.
-        mistakes: Likely mistakes, as clause -> factor from the given to the intended value.
-        typical: Typical value; the mistakes whose corrected values are nearest to it are named first. None: the
-            geometric mean of `low` and `high`.
-        of_building: Function that computes the quantity from a `BuildingView`, shape [row]; None: the value is passed
-            to the check.
-        of_storeys: As `of_building`, for a quantity of storeys, shape [row, storey].
-    """
-
-    words: str
-    units: str
-    low: float
-    high: float
-    mistakes: Mistakes
-    typical: float | None = None
-    of_building: Callable[[Any], np.ndarray] | None = None
-    of_storeys: Callable[[Any], np.ndarray] | None = None
-
-    def finding(self, value: float, where: str, high: float) -> str:
-        """Return a sentence about an implausible value: the value, the usual values and likely mistakes."""
-        unit = "" if self.units == "1" else f" {self.units}"
-        usual = f"at most {high:.4g}" if self.low == 0 else f"{self.low:g} to {high:.4g}"
-        meant = {clause: value * factor for clause, factor in self.mistakes.items() if isinstance(factor, float)}
-        fitting = {clause: m for clause, m in meant.items() if self.low <= m <= high}
-        middle = self.typical or (np.sqrt(self.low * high) if self.low > 0 else high)
-        likely = sorted(fitting, key=lambda clause: abs(np.log(fitting[clause] / middle)))[:MOST_MISTAKES]
-        reasons = [f"{clause}, it would be {fitting[clause]:.3g}{unit}" for clause in likely]
-        for clause, factor in self.mistakes.items():
-            if factor is None or (callable(factor) and factor(value)):
-                reasons.append(clause)
-        if value == 0 and meant:
-            reasons = ["it is zero in any unit"]
-        elif not reasons:
-            reasons = [f"no usual mistake alone explains it ({', '.join(list(meant)[:MOST_NAMED])})"]
-        return f"{self.words}{where} is {value:.6g}{unit} (usual: {usual}{unit}): {', or '.join(reasons)}"
-
-
-def given_in(units: Mapping[str, float]) -> Mistakes:
-    """Return the mistakes "the checked quantity itself was given in another unit", one per unit."""
-    return {f"if given in {unit}": size for unit, size in units.items()}
-
-
-def with_units(name: str, units: Mapping[str, float], power: float = 1.0) -> Mistakes:
-    """Return the mistakes "argument `name` was given in another unit"; the quantity is proportional to name^power."""
-    return {f"with {name} given in {unit}": size**power for unit, size in units.items()}
-
-
-def _one_in(units: Mapping[str, float]) -> Mistakes:
-    """Return the mistakes "one of several values is in another unit"; the quantity is the larger over the smaller."""
-    mistakes: Mistakes = {f"with one given in {unit}": 1 / size for unit, size in units.items() if size > 10}
-    return mistakes | {"one of them may be in another unit than the others": None}
-
-
-def _over_highest(units: Mapping[str, float], power: float = 1.0) -> Check:
-    """Return the check that compares the rates of a hazard curve with the highest known seismic hazard.
-
-    Args:
-        units: Units in which the intensities may have been given by mistake, with their sizes.
-        power: The intensity measure is proportional to this power of the ground acceleration.
-    """
-    mistakes = with_units("intensities", units, HIGHEST_HAZARD_SLOPE / power)
-    mistakes |= {"with probabilities in 50 years given as annual rates (see HazardCurve.from_probabilities)": 1 / 50}
-    return Check(
-        "annual rate of the hazard curve over the highest of any site at the same intensity", "1", 0, 1, mistakes
-    )
-
+from warpdyn.foundations.core.plausibility.check import (
+    ACCELERATION,
+    ACCELERATION_IN_G,
+    DASHPOT,
+    FORCE,
+    LARGEST_RECORDED,
+    LEAST_YIELD_DRIFT_RATIO,
+    LENGTH,
+    MASS,
+    PERCENT,
+    STIFFNESS,
+    TIME,
+    VELOCITY,
+    Check,
+    G,
+    Mistakes,
+    given_in,
+    one_in,
+    over_highest,
+    with_units,
+)
 
 _MASS, _PER_MASS = with_units("mass", MASS, 0.5), with_units("mass", MASS, -1)
 _PER_HEIGHT, _PER_STIFFNESS = with_units("height", LENGTH, -1), with_units("stiffness", STIFFNESS, -1)
@@ -148,15 +68,15 @@ CHECKS: Mapping[str, Check] = {
         "storey height", "m", 1.5, 30.0, given_in(LENGTH), of_storeys=lambda b: b.in_own(b["height"])
     ),
     "mass_of_neighbours": Check(
-        *("mass of a floor over that of a neighbouring one", "1", 0.0, 50.0, _one_in(MASS)),
+        *("mass of a floor over that of a neighbouring one", "1", 0.0, 50.0, one_in(MASS)),
         of_building=lambda b: b.over_neighbour("mass"),
     ),
     "stiffness_of_neighbours": Check(
-        *("stiffness of a storey over that of a neighbouring one", "1", 0.0, 200.0, _one_in(STIFFNESS)),
+        *("stiffness of a storey over that of a neighbouring one", "1", 0.0, 200.0, one_in(STIFFNESS)),
         of_building=lambda b: b.over_neighbour("stiffness"),
     ),
     "gravity_load_of_neighbours": Check(
-        *("gravity load on a storey over that on a neighbouring one", "1", 0.0, 100.0, _one_in(FORCE)),
+        *("gravity load on a storey over that on a neighbouring one", "1", 0.0, 100.0, one_in(FORCE)),
         of_building=lambda b: b.over_neighbour("gravity_load"),
     ),
     # A pendulum with these radii has a period 2 pi sqrt(R / g) of 1.3 to 7.8 s; bearings are made for 2 to 6 s.
@@ -253,6 +173,39 @@ CHECKS: Mapping[str, Check] = {
         *("gravity load over mass times g", "1", 0.15, 10.0, _GRAVITY_LOAD | _PER_MASS),
         of_building=lambda b: b["gravity_load"].sum(axis=1) / b.weight_above[:, 0],
     ),
+    # Quantities of the springs of lumped structures. Friction slips after 0.1 mm, isolators yield after 5 to 150 mm.
+    "spring_yield_deformation": Check(
+        *("deformation at which the spring yields", "m", 2e-5, 1.0, _YIELD_FORCE | _PER_STIFFNESS),
+    ),
+    "spring_yield_rotation": Check(
+        *("rotation at which the spring yields", "rad", 1e-5, 0.2),
+        with_units("yield_force", {"kN m": 1e3, "MN m": 1e6})
+        | with_units("stiffness", {"kN m/rad": 1e3, "MN m/rad": 1e6}, -1),
+    ),
+    "springs_yield_over_weight": Check(
+        *("yield forces of all springs over the weight", "1", 2e-3, 200.0, _YIELD_FORCE | _PER_MASS),
+    ),
+    "spring_deformation_capacity": Check(
+        *("deformation capacity of the spring", "m", 5e-4, 5.0),
+        with_units("deformation_capacity", LENGTH) | {"if given in percent of a storey of 3 m": 0.03},
+    ),
+    "spring_clearance": Check("clearance of the spring", "m", 0.0, 2.0, with_units("clearance", LENGTH)),
+    # Jankowski (2005) and later papers: 1e8 to 1e10 N/m^1.5 for pounding buildings, up to 1e12 for steel on steel.
+    "hertz_stiffness": Check(
+        *("Hertz stiffness of the contact", "N m-1.5", 1e7, 1e14),
+        given_in({"kN/m^1.5": 1e3, "N/mm^1.5": 1e3**1.5}),
+    ),
+    "spring_radius": Check("radius of the slider", "m", 0.4, 15.0, given_in(LENGTH)),
+    "soil_density": Check(
+        *("density of the soil", "kg/m3", 800.0, 4000.0),
+        given_in({"t/m3": 1e3, "kN/m3 of weight": 1e3 / G}),
+    ),
+    # Peat has 30 m/s, intact rock up to 3,500 m/s.
+    "soil_shear_wave_velocity": Check(
+        *("shear-wave velocity of the soil", "m/s", 25.0, 5000.0),
+        given_in({"km/s": 1e3} | VELOCITY),
+    ),
+    "plan_side": Check("side of the plan", "m", 2.0, 400.0, given_in(LENGTH)),
     "first_period": Check(
         *("first period", "s", 0.02, 20.0),
         _PERIOD | given_in(TIME) | {"mass and stiffness may be swapped": lambda period: period > 20},
@@ -366,17 +319,17 @@ CHECKS: Mapping[str, Check] = {
         *("return period", "year", 0.5, 1e6),
         {"it may be given as an annual rate: give 1 / rate": None, "if given in days": 1 / 365},
     ),
-    "hazard_over_highest": _over_highest(ACCELERATION_IN_G),
+    "hazard_over_highest": over_highest(ACCELERATION_IN_G),
     "hazard_velocity": Check("peak ground velocity of a hazard curve", "m/s", 0.0, 10.0, given_in(VELOCITY)),
-    "hazard_velocity_over_highest": _over_highest(VELOCITY),
+    "hazard_velocity_over_highest": over_highest(VELOCITY),
     "hazard_displacement": Check("peak ground displacement of a hazard curve", "m", 0.0, 20.0, given_in(LENGTH)),
-    "hazard_displacement_over_highest": _over_highest(LENGTH),
+    "hazard_displacement_over_highest": over_highest(LENGTH),
     "hazard_arias": Check("Arias intensity of a hazard curve", "m/s", 0.0, 200.0, given_in(VELOCITY)),
-    "hazard_arias_over_highest": _over_highest(VELOCITY, 2.0),
+    "hazard_arias_over_highest": over_highest(VELOCITY, 2.0),
     "hazard_absolute_velocity": Check(
         "cumulative absolute velocity of a hazard curve", "m/s", 0.0, 200.0, given_in(VELOCITY)
     ),
-    "hazard_absolute_velocity_over_highest": _over_highest(VELOCITY),
+    "hazard_absolute_velocity_over_highest": over_highest(VELOCITY),
     "initial_drift_ratio": Check("initial drift ratio", "1", 0.0, 0.5, _DISPLACEMENT),
     "initial_velocity": Check(
         "drift ratio that the initial velocity leads to", "1", 0.0, 0.5, with_units("velocity", VELOCITY)

@@ -33,6 +33,8 @@ MOST_FRAMES = 5_000
 WIDTH, SWAY = 0.42, 0.4
 # SHAPE: width of the panel, WIDEST: largest distance between two buildings, both divided by the height of the building.
 SHAPE, WIDEST = 1.3, 0.8
+# Colours of text below the buildings: the colours of some buildings are too light for text (contrast below 4.5 to 1).
+TEXT_COLOUR, COLLAPSE_TEXT = "0.15", "#a84200"
 POINTS = 9  # number of drawn points of a column between two floors
 # Displacement of a column that is clamped at both ends, divided by the storey drift, at these points.
 COLUMN = 3 * np.linspace(0, 1, POINTS) ** 2 - 2 * np.linspace(0, 1, POINTS) ** 3
@@ -267,7 +269,7 @@ class _Buildings:
                 self.centres[i],
                 -0.03 * total,
                 f"sample {each.sample}",
-                color=colour,
+                color=TEXT_COLOUR,
                 ha="center",
                 va="top",
                 fontsize=SMALL,
@@ -291,11 +293,11 @@ class _Buildings:
             )
             if each.collapse <= self.times[frame]:
                 line.set(color=COLLAPSE_COLOUR, ls=(0, (3, 1.5)))
-                self.labels[i].set(color=COLLAPSE_COLOUR, text=f"sample {each.sample}\ncollapsed")
+                self.labels[i].set(color=COLLAPSE_TEXT, text=f"sample {each.sample}\ncollapsed")
             else:
                 colour = COLOURS[i % len(COLOURS)]
                 line.set(color=colour, ls="-")
-                self.labels[i].set(color=colour, text=f"sample {each.sample}")
+                self.labels[i].set(color=TEXT_COLOUR, text=f"sample {each.sample}")
         self.clock.set_text(f"{self.times[frame]:.1f} s")
         return [*self.lines, *self.labels, self.clock]
 

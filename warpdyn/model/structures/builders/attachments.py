@@ -8,14 +8,16 @@ import numpy as np
 
 from warpdyn.foundations.core.checks import checked_text, real_number, shortened, whole_number
 from warpdyn.foundations.core.near_misses import suggests_names
+from warpdyn.foundations.core.plausibility import PlausibilityFindings
 from warpdyn.model.structures.builders.changed_structures import (
     arguments_after,
     lumped,
     modes,
     values_of_one,
     whole_mass,
+    with_group,
 )
-from warpdyn.model.structures.lumped.inerters import optimum_tmdi
+from warpdyn.model.structures.lumped.inerters import inertance_matrix, optimum_tmdi, tmdi_absorber
 from warpdyn.model.structures.lumped.names import check_known, checked_coefficients, row_of
 from warpdyn.model.structures.lumped.spring import Spring
 from warpdyn.model.structures.lumped.structure import LumpedStructure
@@ -37,7 +39,8 @@ def with_equipment(
 ) -> LumpedStructure:
     """Return a structure with equipment: a mass on a spring and a dashpot at one of its floors.
 
-    The equipment has the degree of freedom and the spring `name`. Its interaction with the structure is included: light
+    The equipment has the degree of freedom and the spring `name`, in the group "equipment", which does not count in the
+    largest demand of the building. Its interaction with the structure is included: light
     equipment that is tuned to the structure makes the damping non-classical, with two close modes of about the mean
     damping. Inherent damping of the structure becomes the constant damping matrix of the bare structure, so that
     `damping_ratio` of the structure and eccentricities cannot be random in the result.
@@ -78,7 +81,8 @@ def with_equipment(
         omega = float(np.sqrt(modes(whole)[0][mode - 1]))
     else:
         omega = 2 * np.pi / real_number("period [s]", period, above=0)
-    return _with_mass(whole, name, _row(whole, at), own_mass, own_mass * omega**2, 2 * ratio * omega * own_mass)
+    dashpot = 2 * ratio * omega * own_mass
+    return _with_mass(whole, name, "equipment", _row(whole, at), own_mass, own_mass * omega**2, dashpot)
 
 
 @suggests_names
@@ -96,7 +100,8 @@ def with_absorber(
 ) -> LumpedStructure:
     """Return a structure with a tuned mass damper, with or without an inerter (TMDI).
 
-    The absorber has the degree of freedom and the spring `name`. The inerter connects it with the ground, or with
+    The absorber has the degree of freedom and the spring `name`, in the group "absorber", which does not count in the
+    largest demand of the building. The inerter connects it with the ground, or with
     another degree of freedom; the inertance b is part of the mass matrix, but not of the load. With the modal mass m of
     a mode (with shape 1 at the absorber) and its frequency omega_s: m_t = mass_ratio m, b = inertance_ratio m, k_t =
     (m_t + b) omega_t^2, omega_t = frequency_ratio omega_s and c_t = 2 damping_ratio omega_t (m_t + b). Defaults of the
@@ -146,6 +151,12 @@ def with_absorber(
         optimum = optimum_tmdi(mu, beta)
         frequency_ratio = optimum.frequency_ratio if frequency_ratio is None else frequency_ratio
         damping_ratio = optimum.damping_ratio if damping_ratio is None else damping_ratio
+    findings = PlausibilityFindings()
+    findings.add("tuned_mass_ratio", mu)
+    findings.add("tuned_frequency_ratio", real_number("frequency_ratio", frequency_ratio, above=0))
+    if real_number("damping_ratio", damping_ratio, least=0) > 0:
+        findings.add("tuned_damping_ratio", damping_ratio)
+    findings.warn()
     row = _row(whole, checked_text("at", at))
     squared, shapes = modes(whole)
     number = whole_number("mode", mode, 1, whole.dofs) - 1
@@ -154,19 +165,16 @@ def with_absorber(
         raise ValueError(
             f"with_absorber(): degree of freedom {at!r} does not move in mode {number + 1}: give another mode= or at="
         )
-    modal_mass = 1 / moved**2
-    omega = real_number("frequency_ratio", frequency_ratio, above=0) * float(np.sqrt(squared[number]))
-    ratio = real_number("damping_ratio", damping_ratio, least=0)
-    moving = (mu + beta) * modal_mass
-    dashpot = 2 * ratio * omega * moving
-    return _with_mass(
-        whole, name, row, mu * modal_mass, moving * omega**2, dashpot, inertance=beta * modal_mass, inerter_to=other
-    )
+    period = 2 * np.pi / np.sqrt(squared[number])
+    own = tmdi_absorber(1 / moved**2, period, mu, beta, frequency_ratio, damping_ratio)
+    spring = own.mass, own.stiffness, own.dashpot
+    return _with_mass(whole, name, "absorber", row, *spring, inertance=own.inertance, inerter_to=other)
 
 
 def _with_mass(
     structure: LumpedStructure,
     name: str,
+    group: str,
     row: np.ndarray,
     mass: float,
     stiffness: float,
@@ -180,6 +188,7 @@ def _with_mass(
     Args:
         structure: The structure.
         name: Name of the degree of freedom and of the spring.
+        group: Name of their group.
         row: Displacement of the structure at the mass, from its degrees of freedom, shape [dof].
         mass: The mass [kg].
         stiffness: Stiffness of the spring [N/m].
@@ -195,15 +204,14 @@ def _with_mass(
     arguments = arguments_after(structure, dofs, old)
     direction = {name: 1.0} | {dof: -float(value) for dof, value in zip(dofs, row, strict=False) if value}
     arguments["springs"].append(Spring(name, direction, stiffness=stiffness, damping_coefficient=dashpot))
+    arguments["groups"] = with_group(structure, group, name)
     masses = [*structure.parameters["mass"].tolist(), mass]
     without = np.diag([0.0] * structure.dofs + [mass])  # the new mass alone
     coupling = old.T @ whole_mass(structure) @ old + without - np.diag(masses)
     load = old.T @ structure.load_masses(values_of_one(structure))[0] @ old + without
     if inertance:
-        ends = np.eye(len(dofs))[-1]
-        if inerter_to is not None:
-            ends[dofs.index(inerter_to)] = -1.0
-        coupling += inertance * np.outer(ends, ends)
+        other = None if inerter_to is None else dofs.index(inerter_to)
+        coupling += inertance_matrix(len(dofs), inertance, len(dofs) - 1, other)
     influence = np.vstack([structure.influence, row @ structure.influence])
     return LumpedStructure(
         dict(zip(dofs, masses, strict=True)),

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from warpdyn.foundations.core.checks import check_kind
@@ -57,7 +59,7 @@ def lumped_chain(building: ShearBuilding) -> LumpedStructure:
     floors = [f"u{floor}" for floor in range(1, building.storeys + 1)]
     springs = []
     for storey, floor in enumerate(floors):
-        parameters = {
+        parameters: dict[str, Any] = {
             name: float(value[storey])
             for name, value in values.items()
             if name not in NOT_OF_LAWS and np.isfinite(value[storey])

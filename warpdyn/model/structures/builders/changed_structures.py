@@ -55,7 +55,7 @@ def arguments_after(structure: LumpedStructure, dofs: Sequence[str], old: np.nda
             springs.append(moved)
     springs += [BiaxialSpring.of_components(*pair) for pair in zip(components[::2], components[1::2], strict=True)]
     outputs = {name: row_in_new(row) for name, row in structure.outputs.items()}
-    return found | {"springs": springs, "outputs": outputs}
+    return {**found, **structure.kinds.given, "springs": springs, "outputs": outputs}
 
 
 def lumped(function: str, structure: LumpedStructure | ShearBuilding) -> LumpedStructure:
@@ -89,3 +89,10 @@ def inherent_damping(structure: LumpedStructure) -> np.ndarray:
     dashpots = one.get("damping_coefficient", np.zeros((1, len(structure.springs))))
     found: np.ndarray = structure.central_matrices(structure.parameters)["damping"] - structure.of_springs(dashpots)[0]
     return np.where(np.abs(found) > 1e-13 * np.abs(found).max(), found, 0.0)
+
+
+def with_group(structure: LumpedStructure, group: str, *names: str) -> dict[str, list[str]]:
+    """Return the groups of a structure after names of degrees of freedom and springs were added to one of them."""
+    found = {known: [*own] for known, own in structure.kinds.given.get("groups", {}).items()}
+    found[group] = [*found.get(group, ()), *names]
+    return found

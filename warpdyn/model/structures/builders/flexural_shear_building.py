@@ -13,12 +13,8 @@ from warpdyn.foundations.core.checks import real_number, shortened
 from warpdyn.foundations.core.near_misses import with_suggestions
 from warpdyn.model.structures.builders.built_structure import BuiltStructure
 from warpdyn.model.structures.builders.gravity import geometric_stiffness
-from warpdyn.model.structures.builders.storey_springs import (
-    axial_forces,
-    floor_masses,
-    storey_springs,
-    storey_values,
-)
+from warpdyn.model.structures.builders.storey_springs import axial_forces, storey_springs
+from warpdyn.model.structures.lumped.places.storey_values import floor_masses, storey_values
 from warpdyn.model.structures.lumped.spring import Spring
 from warpdyn.model.structures.lumped.sticks import (
     Stick,
@@ -27,7 +23,6 @@ from warpdyn.model.structures.lumped.sticks import (
     stick_of_period,
 )
 from warpdyn.model.structures.lumped.structure import MOST_DOFS
-from warpdyn.model.structures.modal import chain_stiffness_matrix
 
 ROTATION = "base rotation"
 LEAST_RATIO = 50.0  # least frequency of the base rotation alone, over the first one of the building on a fixed base
@@ -138,13 +133,19 @@ class FlexuralShearBuilding(BuiltStructure):
         elif base_inertia is not None:
             raise ValueError("base_inertia needs a base_hinge: give base_hinge=, or remove base_inertia=")
         outputs = {f"drift {storey + 1}": drift for storey, drift in enumerate(drifts)}
-        resisting = {"wall base": wall[-storeys:]}  # forces on floors
+        on_floors = wall[-storeys:]
+        forces_of_wall = {"shear": on_floors.sum(axis=0), "moment": self.floor_heights @ on_floors}
+        resisting = {f"wall base {name}": row for name, row in forces_of_wall.items()}
         if force_outputs and all(spring.law.is_linear for spring in springs):
-            frame = chain_stiffness_matrix(stiffness)
-            resisting["base"] = wall[-storeys:] + np.pad(frame, ((0, 0), (len(wall) - storeys, 0)))
-        for name, matrix in resisting.items():
-            outputs[f"{name} shear"] = dict(zip(dofs, matrix.sum(axis=0).tolist(), strict=True))
-            outputs[f"{name} moment"] = dict(zip(dofs, (self.floor_heights @ matrix).tolist(), strict=True))
+            # The frame alone: base shear k_1 u_1, base moment sum of GA times drift. Sums over the stiffness matrix
+            # would add rounding, which would decide which coefficients are equal and need other kernels.
+            modulus = np.append(self.stick.shear_stiffness, 0.0)
+            of_frame = {"shear": np.eye(1, storeys)[0] * stiffness[0], "moment": modulus[:-1] - modulus[1:]}
+            before = len(wall) - storeys
+            resisting |= {
+                f"base {name}": forces_of_wall[name] + np.pad(row, (before, 0)) for name, row in of_frame.items()
+            }
+        outputs |= {name: dict(zip(dofs, row.tolist(), strict=True)) for name, row in resisting.items()}
         super().__init__(
             dict(zip(dofs, [*inertia, *masses.tolist()], strict=True)),
             springs,
@@ -152,6 +153,9 @@ class FlexuralShearBuilding(BuiltStructure):
             stiffness_matrix=wall,
             geometric_stiffness=gravity,
             outputs=outputs,
+            output_units={
+                name: "m" if name.startswith("drift") else "N m" if name.endswith("moment") else "N" for name in outputs
+            },
             damping=damping,
             damping_ratio=damping_ratio,
             damping_modes=damping_modes,

@@ -8,7 +8,7 @@ from scipy.linalg import eigh
 
 from warpdyn.foundations.core.checks import check_kind, finite_numbers
 from warpdyn.foundations.core.near_misses import suggests_names
-from warpdyn.model.structures.builders.storey_springs import storey_values
+from warpdyn.model.structures.lumped.places.storey_values import storey_values
 from warpdyn.model.structures.lumped.structure import LumpedStructure
 from warpdyn.model.structures.modal import chain_stiffness_matrix
 

@@ -9,11 +9,16 @@ import numpy as np
 
 from warpdyn.foundations.core.checks import check_kind, one_of, real_number
 from warpdyn.foundations.core.near_misses import suggests_names, with_suggestions
-from warpdyn.model.structures.builders.changed_structures import arguments_after, lumped, modes, whole_mass
+from warpdyn.model.structures.builders.changed_structures import (
+    arguments_after,
+    lumped,
+    modes,
+    whole_mass,
+    with_group,
+)
 from warpdyn.model.structures.builders.flexural_shear_building import FlexuralShearBuilding
-from warpdyn.model.structures.lumped.foundations.footing import RectangularFooting, Soil
+from warpdyn.model.structures.lumped.foundations.footing import RectangularFooting, Soil, check_footing
 from warpdyn.model.structures.lumped.foundations.pais_kausel import (
-    check_footing,
     pais_kausel_impedance,
     pais_kausel_stiffness,
 )
@@ -140,7 +145,8 @@ def structure_on_soil(
     """Return a structure on a foundation that sways and rocks.
 
     Degrees of freedom: those of the structure, which become displacements relative to the free-field ground, then
-    "sway" [m] and "rocking" [rad] of the foundation. Springs: those of the structure, then "sway" and "rocking".
+    "sway" [m] and "rocking" [rad] of the foundation. Springs: those of the structure, then "sway" and "rocking". Both
+    are in the group "soil", which does not count in the largest demand of the building.
     Deformations of springs and outputs of the structure remain relative to the moving base; gravity loads act on the
     whole displacement, including that by rocking. Inherent damping of the structure becomes a constant matrix for
     motion relative to the base, so that `damping_ratio` cannot be random.
@@ -191,6 +197,9 @@ def structure_on_soil(
         # Gravity acts on the whole displacement, less that of the base.
         drifting = np.column_stack([np.eye(whole.dofs), -influence, np.zeros(whole.dofs)])
         arguments["geometric_stiffness"] = drifting.T @ whole.matrices["geometric_stiffness"] @ drifting
+    arguments["groups"] = with_group(whole, "soil", *BASE)
+    if "rotations" in arguments:
+        arguments["rotations"] = [*arguments["rotations"], "rocking"]
     mass = whole_mass(whole)
     masses = whole.parameters["mass"]
     coupling = np.zeros((len(dofs), len(dofs)))

@@ -1,55 +1,21 @@
-"""Values per storey, and the springs that one frame, or one law, has in each storey."""
+"""The springs that one frame, or one law, has in each storey, and the axial forces of storeys."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from warpdyn.engine.laws.law import Law
 from warpdyn.engine.laws.lookup import laws_and_values
-from warpdyn.foundations.core.checks import finite_numbers
+from warpdyn.foundations.core.plausibility import PlausibilityFindings
 from warpdyn.foundations.core.units import STANDARD_GRAVITY
+from warpdyn.model.structures.lumped.places.storey_values import storey_values
 from warpdyn.model.structures.lumped.spring import Spring
 
 LawOfStoreys = str | Law | type[Law]
-
-
-def storey_values(what: str, given: ArrayLike, storeys: int, units: str, *, least: float | None = None) -> np.ndarray:
-    """Return one value per storey, shape [storey]; a single value applies to all storeys.
-
-    Args:
-        what: Name of the argument, for messages.
-        given: One value, or one per storey from the ground up.
-        storeys: Number of storeys.
-        units: Units, for messages.
-        least: Smallest allowed value; None: values must be above 0.
-    """
-    values = finite_numbers(what, given, units)
-    if values.ndim > 1 or values.size not in (1, storeys):
-        raise ValueError(
-            f"{what} must be one value or one per storey ({storeys}), from the ground up, got shape "
-            f"{list(values.shape)}"
-        )
-    values = np.array(np.broadcast_to(values.ravel(), storeys))
-    for bad in np.flatnonzero(values <= 0 if least is None else values < least):
-        bound = "above 0" if least is None else f"at least {least:g}"
-        raise ValueError(f"{what} of storey {bad + 1} is {values[bad]:g} {units}; it must be {bound}")
-    return values
-
-
-def floor_masses(given: ArrayLike) -> np.ndarray:
-    """Return the floor masses [kg], shape [floor], or raise a ValueError that names the floor."""
-    masses = finite_numbers("floor_mass", given, "kg")
-    if masses.ndim != 1 or not masses.size:
-        raise ValueError(
-            f"floor_mass must be a list with one value per floor, from the first floor up, got shape "
-            f"{list(masses.shape)}"
-        )
-    for bad in np.flatnonzero(masses <= 0):
-        raise ValueError(f"floor_mass of floor {bad + 1} is {masses[bad]:g} kg; it must be above 0")
-    return masses
 
 
 def storey_springs(
@@ -81,15 +47,12 @@ def storey_springs(
         name: storey_values(f"{what}: {name}", value, len(names), "", least=-np.inf)
         for name, value in {**parameters, **own}.items()
     }
+    of_storeys: list[dict[str, Any]] = [
+        {key: float(value[storey]) for key, value in values.items()} for storey in range(len(names))
+    ]
     return [
-        Spring(
-            name,
-            directions[storey],
-            law=laws[0],
-            stiffness=stiffness[storey],
-            **{key: float(value[storey]) for key, value in values.items()},
-        )
-        for storey, name in enumerate(names)
+        Spring(name, direction, law=laws[0], stiffness=own, **given)
+        for name, direction, own, given in zip(names, directions, stiffness, of_storeys, strict=True)
     ]
 
 
@@ -111,4 +74,8 @@ def axial_forces(gravity_load: ArrayLike | str | None, floor_mass: np.ndarray) -
         loads = floor_mass * STANDARD_GRAVITY
     else:
         loads = storey_values("gravity_load", gravity_load, floor_mass.size, "N", least=0.0)
+        if loads.any():
+            findings = PlausibilityFindings()
+            findings.add("gravity_load_over_weight", loads.sum() / (floor_mass.sum() * STANDARD_GRAVITY))
+            findings.warn()
     return np.cumsum(loads[::-1])[::-1]

@@ -90,6 +90,7 @@ class HousnerTank(BuiltStructure):
                 for name, mass in masses.items()
             ],
             outputs=outputs if force_outputs else None,
+            output_units={name: "N m" if "moment" in name else "N" for name in outputs} if force_outputs else None,
         )
 
     def __repr__(self) -> str:

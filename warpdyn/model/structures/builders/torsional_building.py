@@ -13,14 +13,10 @@ from warpdyn.engine.laws.law import Law
 from warpdyn.foundations.core.checks import checked_text, finite_numbers, one_of, real_number, shortened
 from warpdyn.foundations.core.frozen_values import FrozenMapping
 from warpdyn.foundations.core.near_misses import with_suggestions
-from warpdyn.model.structures.builders.storey_springs import (
-    axial_forces,
-    floor_masses,
-    storey_springs,
-    storey_values,
-)
+from warpdyn.model.structures.builders.storey_springs import axial_forces, storey_springs
 from warpdyn.model.structures.lumped.biaxial_spring import BiaxialSpring
 from warpdyn.model.structures.lumped.matrices import Values
+from warpdyn.model.structures.lumped.places.storey_values import floor_masses, storey_values
 from warpdyn.model.structures.lumped.spring import Spring
 from warpdyn.model.structures.lumped.structure import MOST_DOFS, LumpedStructure
 from warpdyn.model.structures.lumped.torsion import torsional_matrices
@@ -190,7 +186,8 @@ class TorsionalBuilding(LumpedStructure):
             influence=[_as_coefficients(matrices.influence[:, each], names) for each in BASE_MOTIONS[base_motion]],
             geometric_stiffness=_geometric_stiffness(matrices.mass, masses, storey_height, gravity_load),
             damping_matrix=damping_matrix,
-            outputs=_edge_drifts(ends, floors),
+            outputs=(edge_drifts := _edge_drifts(ends, floors)),
+            output_units=dict.fromkeys(edge_drifts, "m"),
             damping=damping,
             damping_ratio=damping_ratio,
             damping_modes=damping_modes,

@@ -15,7 +15,7 @@ from warpdyn.engine.laws.lookup import class_and_values
 from warpdyn.foundations.core.checks import checked_text, finite_numbers, real_number
 from warpdyn.foundations.core.near_misses import with_suggestions
 from warpdyn.model.structures.lumped.names import checked_coefficients
-from warpdyn.model.structures.lumped.spring import checked_parameters
+from warpdyn.model.structures.lumped.spring import check_law, checked_parameters
 
 
 @dataclass(frozen=True)
@@ -93,6 +93,7 @@ class BiaxialSpring:
         self.stiffness = real_number(f"{where}: stiffness [N/m]", stiffness, above=0)
         self.damping_coefficient = real_number(f"{where}: damping_coefficient [N s/m]", damping_coefficient, least=0)
         self.parameters = checked_parameters(where, self.law, {**parameters, **own})
+        check_law(where, self.law, self.stiffness, self.parameters)
 
     @classmethod
     def of_components(cls, first: Component, second: Component) -> BiaxialSpring:
@@ -138,7 +139,7 @@ class BiaxialSpring:
         import warp as wp
 
         from warpdyn.engine.kernels.auxiliary.biaxial_path import biaxial_path_kernel
-        from warpdyn.engine.kernels.kernel_cache import loaded
+        from warpdyn.engine.kernels.kernel_cache import initialise, loaded
 
         points = finite_numbers("path", path, "m")
         if points.ndim != 2 or points.shape[1] != 2 or not len(points):
@@ -147,6 +148,7 @@ class BiaxialSpring:
         variant = self.law.variant(one)
         read = np.array([np.ravel(each)[0] for each in self.law.coefficients(one, variant.name)], dtype=np.float64)
         given = (np.ascontiguousarray(each, np.float64) for each in (read, points))
+        initialise()  # before Warp starts with the first array
         inputs: list[wp.array] = [wp.array(each, device="cpu") for each in given]
         force = wp.zeros(points.shape, dtype=wp.float64, device="cpu")
         wp.launch(loaded(biaxial_path_kernel(variant)), dim=1, inputs=inputs, outputs=[force], device="cpu")

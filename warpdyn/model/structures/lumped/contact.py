@@ -16,6 +16,12 @@ from typing import NamedTuple
 
 import numpy as np
 
+from warpdyn.engine.laws.contacts.parameters import (
+    jankowski_ratio,
+    muthukumar_des_roches_factor,
+    viscous_ratio,
+    ye_li_zhu_factor,
+)
 from warpdyn.foundations.core.checks import one_of, real_number
 from warpdyn.foundations.core.near_misses import suggests_names
 
@@ -67,8 +73,7 @@ def kelvin_voigt_damping_ratio(restitution: float) -> float:
         >>> round(kelvin_voigt_damping_ratio(0.65), 6)
         0.135851
     """
-    logarithm = np.log(_restitution(restitution))
-    return float(-logarithm / np.hypot(np.pi, logarithm)) + 0.0  # not -0.0 for e = 1
+    return float(viscous_ratio(np.float64(_restitution(restitution)))) + 0.0  # not -0.0 for e = 1
 
 
 @suggests_names
@@ -128,8 +133,8 @@ def hertz_damp_factor(restitution: float, form: str) -> float:
     e = _restitution(restitution)
     one_of("form", form, HERTZ_DAMP_FORMS)
     if form == "muthukumar_desroches_2006":
-        return 3 * (1 - e**2) / 4
-    approximate = 8 * (1 - e) / (5 * e)
+        return float(muthukumar_des_roches_factor(np.float64(e)))
+    approximate = float(ye_li_zhu_factor(np.float64(e)))
     if form == "ye_li_zhu_2009" or e == 1:
         return approximate
     if e < 0.01:
@@ -195,8 +200,7 @@ def jankowski_damping_ratio(restitution: float) -> float:
         >>> round(jankowski_damping_ratio(0.65), 4)
         0.3728
     """
-    e = _restitution(restitution)
-    return float(9 * np.sqrt(5) / 2 * (1 - e**2) / (e * (e * (9 * np.pi - 16) + 16)))
+    return float(jankowski_ratio(np.float64(_restitution(restitution))))
 
 
 class HertzImpact(NamedTuple):

@@ -12,6 +12,8 @@ from warpdyn.model.structures.lumped.names import row_of
 from warpdyn.model.structures.lumped.spring import Spring
 
 Values = Mapping[str, np.ndarray]
+SAME_FACTOR = 1e-9  # largest relative difference of two factors on masses that count as equal
+ROUNDED_DAMPING = 1e-12  # see `without_rounding`: entries of modal damping matrices
 # Parameters with one value per degree of freedom, and with one per member of a frame; others have one per spring or per
 # structure.
 OF_DOFS = ("mass",)
@@ -41,10 +43,48 @@ class LumpedMatrices:
         rows: Sequence[np.ndarray] = [row_of(row, self.dof_names) for row in self.outputs.values()]
         return np.stack(rows) if rows else np.zeros((0, len(self.dof_names)))
 
+    @property
+    def loaded_coupling(self) -> np.ndarray | None:
+        """The part of `mass_matrix` on which the base acceleration acts [kg], shape [dof, dof]; None: it has no entry.
+
+        The other part, such as an inertance, is not random; this part is proportional to the masses.
+        """
+        found = self.matrices.get("mass_matrix")
+        if self.load_mass is not None:
+            found = self.load_mass - np.diag(self.parameters["mass"])
+        return found if found is not None and found.any() else None
+
     def mass_matrices(self, values: Values) -> np.ndarray:
         """Return the mass matrices [kg], shape [structure, dof, dof]."""
         found: np.ndarray = values["mass"][:, :, None] * np.eye(len(self.dof_names))
-        return found + self.matrices.get("mass_matrix", 0.0)
+        found = found + self.matrices.get("mass_matrix", 0.0)
+        nominal = self.parameters["mass"]
+        coupling = None if (values["mass"] == nominal).all() else self.loaded_coupling
+        if coupling is not None:  # `mass_problem` refuses different factors of two coupled degrees of freedom
+            factor = np.where(nominal > 0, values["mass"] / np.where(nominal > 0, nominal, 1.0), 1.0)
+            root = np.sqrt(np.maximum(factor, 0.0))
+            found = found + (root[:, :, None] * root[:, None, :] - 1) * coupling
+        return found
+
+    def coupled_mass_problem(self, values: Values) -> str | None:
+        """Return a sentence on random masses of two degrees of freedom that `mass_matrix` couples, or None."""
+        nominal = self.parameters["mass"]
+        coupling = None if (values["mass"] == nominal).all() else self.loaded_coupling
+        if coupling is None:
+            return None
+        with np.errstate(divide="ignore", invalid="ignore"):
+            factor = np.atleast_2d(values["mass"]) / nominal
+        for i, j in np.argwhere(coupling):
+            bad = np.abs(factor[:, i] - factor[:, j]) > SAME_FACTOR * np.abs(factor[:, i])
+            if bad.any() or not np.isfinite(factor[:, i]).all():
+                pair = f"{self.dof_names[i]!r} and {self.dof_names[j]!r}"
+                return (
+                    f"the random masses of {pair}, which mass_matrix couples, have different factors, or the mass is "
+                    "only in mass_matrix, so that its value in mass_matrix is unknown: give RandomFactor(..., "
+                    "per='building'), which multiplies mass and mass_matrix by one factor, only= degrees of freedom "
+                    "that are not coupled, or load_mass= without the entries that are not random"
+                )
+        return None
 
     def load_masses(self, values: Values) -> np.ndarray:
         """Return the mass matrices of the load [kg], shape [structure or 1, dof, dof]."""
@@ -111,7 +151,8 @@ class LumpedMatrices:
             squared, shape = undamped(mass, self.stiffness_matrices(values))
             momentum = mass @ shape
             ratio = values["damping_ratio"][:, None] * 2 * np.sqrt(squared)
-            found = found + (momentum * ratio[:, None, :]) @ momentum.transpose(0, 2, 1)
+            modal = (momentum * ratio[:, None, :]) @ momentum.transpose(0, 2, 1)
+            found = found + without_rounding((modal + modal.transpose(0, 2, 1)) / 2, ROUNDED_DAMPING)
         return found
 
     def damping_matrices(self, values: Values, rayleigh: np.ndarray) -> np.ndarray:
@@ -130,6 +171,21 @@ class LumpedMatrices:
 def of_springs_only(values: Values) -> dict[str, np.ndarray]:
     """Return the parameters without those of degrees of freedom and members of frames, for the laws of the springs."""
     return {name: each for name, each in values.items() if name not in (*OF_DOFS, *OF_MEMBERS)}
+
+
+def without_rounding(matrices: np.ndarray, share: float) -> np.ndarray:
+    """Return symmetric matrices with 0 where an entry is only rounding, shape [structure, dof, dof].
+
+    An entry is rounding if it is at most `share` times the geometric mean of the diagonal entries of its row and
+    column. Otherwise rounding would decide which entries a kernel contains, and equal structures would need other
+    kernels.
+
+    Args:
+        matrices: Matrices with positive or zero diagonals.
+        share: Largest share that is rounding.
+    """
+    root = np.sqrt(np.maximum(np.einsum("sii->si", matrices), 0.0))
+    return np.where(np.abs(matrices) <= share * root[:, :, None] * root[:, None, :], 0.0, matrices)
 
 
 def undamped(mass: np.ndarray, stiffness: np.ndarray, *, is_clipped: bool = True) -> tuple[np.ndarray, np.ndarray]:

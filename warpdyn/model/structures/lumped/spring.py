@@ -4,11 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+import numpy as np
+
 from warpdyn.engine.laws import CONTACTS, DEVICES, LAWS
+from warpdyn.engine.laws.building_law import BuildingLaw
 from warpdyn.engine.laws.contacts.contact import Contact
 from warpdyn.engine.laws.law import Device, StoreyElement
 from warpdyn.engine.laws.lookup import class_and_values, devices_and_values, laws_and_values
-from warpdyn.foundations.core.checks import checked_text, real_number, real_numbers, shortened
+from warpdyn.foundations.core.checks import checked_text, real_number, real_numbers, shortened, true_or_false
 from warpdyn.foundations.core.near_misses import did_you_mean, with_suggestions
 from warpdyn.model.structures.lumped.names import checked_coefficients
 
@@ -31,6 +34,8 @@ class Spring:
             only a dashpot.
         damping_coefficient: Coefficient of a linear dashpot parallel to the spring [N s/m].
         deformation_capacity: Deformation at which the structure collapses [m]; None: no capacity.
+        rotational: Whether the deformation is a rotation [rad] and the force a moment [N m]; None: yes if all
+            coefficients are 1 or -1 and belong to rotations.
         **parameters: Parameters of the law, one value each, such as `yield_force` [N].
 
     Raises:
@@ -53,6 +58,7 @@ class Spring:
         stiffness: float | None = None,
         damping_coefficient: float = 0.0,
         deformation_capacity: float | None = None,
+        rotational: bool | None = None,
         **parameters: float,
     ) -> None:
         self.name = checked_text("Spring: name", name)
@@ -77,7 +83,9 @@ class Spring:
         self.deformation_capacity = deformation_capacity
         if deformation_capacity is not None:
             self.deformation_capacity = real_number(f"{where}: deformation_capacity [m]", deformation_capacity, above=0)
+        self.rotational = None if rotational is None else true_or_false(f"{where}: rotational", rotational)
         self.parameters = checked_parameters(where, self.law, {**parameters, **own})
+        check_law(where, self.law, self.stiffness, self.parameters)
 
     def description(self) -> dict[str, object]:
         """Return the spring as a dictionary, for the JSON of its scene."""
@@ -86,6 +94,7 @@ class Spring:
         said |= {"damping_coefficient": self.damping_coefficient} if self.damping_coefficient else {}
         if self.deformation_capacity is not None:
             said["deformation_capacity"] = self.deformation_capacity
+        said |= {} if self.rotational is None else {"rotational": self.rotational}
         return said | self.parameters
 
     def __repr__(self) -> str:
@@ -135,3 +144,11 @@ def checked_parameters(where: str, law: type[StoreyElement], given: Mapping[str,
             raise ValueError(problem)
         found[name] = float(number)
     return found
+
+
+def check_law(where: str, law: type[StoreyElement], stiffness: float, parameters: Mapping[str, float]) -> None:
+    """Raise a ValueError that names the spring if the parameters of its law contradict each other."""
+    values = {name: np.array([[value]]) for name, value in {**parameters, "stiffness": stiffness}.items()}
+    problem = BuildingLaw([law]).problem(values)
+    if problem:
+        raise ValueError(f"{where}: {problem.replace(' (structure 0, storey 1)', '').replace(' (storey 1)', '')}")

@@ -15,6 +15,7 @@ from warpdyn.foundations.core.checks import finite_numbers, real_number, shorten
 from warpdyn.foundations.core.frozen_values import FrozenArrays, freeze_arrays
 from warpdyn.foundations.core.near_misses import suggests_names
 from warpdyn.model.structures.lumped.flexural_shear import flexural_shear_stiffness
+from warpdyn.model.structures.lumped.places.storey_values import storey_values
 from warpdyn.model.structures.modal import chain_stiffness_matrix, undamped_modes
 
 
@@ -79,10 +80,10 @@ def lumped_stick(
         >>> (1 / stick.periods[:2]).round(5)
         array([0.48186, 1.76508])
     """
-    height = _storey_values("storey_height [m]", storey_height)
-    bending = _storey_values("bending_stiffness [N m2]", bending_stiffness, height.size)
-    shear = _storey_values("shear_stiffness [N]", shear_stiffness, height.size, zero=True)
-    mass = _storey_values("floor_mass [kg]", floor_mass, height.size)
+    height = storey_values("storey_height", storey_height, None, "m")
+    bending = storey_values("bending_stiffness", bending_stiffness, height.size, "N m2")
+    shear = storey_values("shear_stiffness", shear_stiffness, height.size, "N", least=0.0)
+    mass = storey_values("floor_mass", floor_mass, height.size, "kg")
     full = _assembled(np.array([_bending(h) * ei for h, ei in zip(height, bending, strict=True)]))
     condensed, recovery = static_condensation(full, np.arange(0, 2 * height.size, 2))
     return Stick(mass, condensed, shear / height, recovery[1::2], bending, shear)
@@ -117,10 +118,10 @@ def consistent_stick(
         >>> (np.sqrt(eigh(stiffness, mass, eigvals_only=True)[:2]) / (2 * np.pi)).round(5)
         array([0.5    , 1.85451])
     """
-    height = _storey_values("storey_height [m]", storey_height)
-    bending = _storey_values("bending_stiffness [N m2]", bending_stiffness, height.size)
-    shear = _storey_values("shear_stiffness [N]", shear_stiffness, height.size, zero=True)
-    density = _storey_values("mass_per_height [kg/m]", mass_per_height, height.size)
+    height = storey_values("storey_height", storey_height, None, "m")
+    bending = storey_values("bending_stiffness", bending_stiffness, height.size, "N m2")
+    shear = storey_values("shear_stiffness", shear_stiffness, height.size, "N", least=0.0)
+    density = storey_values("mass_per_height", mass_per_height, height.size, "kg/m")
     masses = np.array([_mass(h) * rho for h, rho in zip(height, density, strict=True)])
     stiffnesses = [_bending(h) * ei + _shear(h) * ga for h, ei, ga in zip(height, bending, shear, strict=True)]
     return _assembled(masses), _assembled(np.array(stiffnesses))
@@ -151,8 +152,8 @@ def stick_of_period(period: float, storey_height: ArrayLike, floor_mass: ArrayLi
         >>> stick.periods[:2].round(4)
         array([2.   , 0.546])
     """
-    height = _storey_values("storey_height [m]", storey_height)
-    mass = _storey_values("floor_mass [kg]", floor_mass, height.size)
+    height = storey_values("storey_height", storey_height, None, "m")
+    mass = storey_values("floor_mass", floor_mass, height.size, "kg")
     total = height.sum()
     period = real_number("period [s]", period, above=0)
     bending, shear = flexural_shear_stiffness(period, total, mass.sum() / total, alpha0)
@@ -183,8 +184,8 @@ def bending_matrix_with_base_rotation(storey_height: ArrayLike, bending_stiffnes
         array([[200.  , -66.67],
                [-66.67,  22.22]])
     """
-    height = _storey_values("storey_height [m]", storey_height)
-    bending = _storey_values("bending_stiffness [N m2]", bending_stiffness, height.size)
+    height = storey_values("storey_height", storey_height, None, "m")
+    bending = storey_values("bending_stiffness", bending_stiffness, height.size, "N m2")
     full = _assembled(np.array([_bending(h) * ei for h, ei in zip(height, bending, strict=True)]), fixed=1)
     return static_condensation(full, [0, *range(1, 2 * height.size, 2)])[0]
 
@@ -280,20 +281,3 @@ def _assembled(elements: np.ndarray, fixed: int = 2) -> np.ndarray:
     for storey, element in enumerate(elements):
         total[2 * storey : 2 * storey + 4, 2 * storey : 2 * storey + 4] += element
     return total[fixed:, fixed:]
-
-
-def _storey_values(what: str, values: ArrayLike, storeys: int | None = None, *, zero: bool = False) -> np.ndarray:
-    """Return one value per storey from the argument, shape [storey], or raise a ValueError."""
-    given = finite_numbers(what, values)
-    name = what.partition(" ")[0]
-    if given.ndim > 1 or not given.size or (storeys is None and given.ndim == 0):
-        raise ValueError(f"{name} must be one value per storey, from the ground up, got shape {given.shape}")
-    if storeys is not None and given.size not in (1, storeys):
-        raise ValueError(
-            f"{name} has {given.size} values, but storey_height has {storeys}: give one value, or one per storey"
-        )
-    bad = np.flatnonzero(given < 0 if zero else given <= 0)
-    if bad.size:
-        least = "at least" if zero else "above"
-        raise ValueError(f"{name} of storey {bad[0] + 1} is {np.ravel(given)[bad[0]]:g}; it must be {least} 0")
-    return np.broadcast_to(given, given.shape if storeys is None else (storeys,)).copy()

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -14,9 +13,8 @@ from warpdyn.engine.laws import Parameter
 from warpdyn.engine.laws.building_law import BuildingLaw
 from warpdyn.foundations.core.checks import checked_text, real_number, shortened
 from warpdyn.foundations.core.frozen_values import FrozenMapping
-from warpdyn.foundations.core.near_misses import with_suggestions
-from warpdyn.model.structures.damping import DAMPING_RATIO
-from warpdyn.model.structures.lumped.biaxial_spring import BiaxialSpring, Component
+from warpdyn.foundations.core.near_misses import did_you_mean, with_suggestions
+from warpdyn.model.structures.lumped.biaxial_spring import BiaxialSpring
 from warpdyn.model.structures.lumped.damping import checked_damping
 from warpdyn.model.structures.lumped.matrices import OF_DOFS, LumpedMatrices, of_springs_only, undamped
 from warpdyn.model.structures.lumped.names import (
@@ -26,11 +24,13 @@ from warpdyn.model.structures.lumped.names import (
     checked_influence,
     checked_matrix,
 )
+from warpdyn.model.structures.lumped.places.kinds import kinds_of
+from warpdyn.model.structures.lumped.places.spring_values import checked_springs, spring_values, table_of
 from warpdyn.model.structures.lumped.spring import Spring
 from warpdyn.model.structures.modal import modal_properties
 from warpdyn.model.structures.structure import Structure
 
-MOST_DOFS, MOST_SPRINGS = 64, 128
+MOST_DOFS = 64
 LEAST_OF_STIFFNESS = 1e-13  # least squared frequency of a structure that cannot move freely, over the highest one
 LEAST_OF_MASS = 1e-12  # least eigenvalue of the mass matrix, scaled to a diagonal of ones
 PAIR = 2  # components of a biaxial spring
@@ -57,7 +57,8 @@ class LumpedStructure(LumpedMatrices, Structure):
             several components of base motion a list of such dictionaries. Missing degrees of freedom have 0. None: 1
             for each degree of freedom (only if all coefficients of springs are 1 or -1).
         mass_matrix: Matrix that is added to the masses [kg], symmetric, shape [dof, dof]: an inerter, or the coupling
-            between degrees of freedom that are not at the centre of mass.
+            between degrees of freedom that are not at the centre of mass. A common random factor on `mass` multiplies
+            it, except for the part that is not in `load_mass`.
         load_mass: Mass matrix [kg] of the load, shape [dof, dof], or its diagonal, shape [dof]; None: the mass matrix.
             An inerter belongs to the mass matrix, but not to the load.
         stiffness_matrix: Elastic stiffness in addition to the springs [N/m], symmetric, shape [dof, dof].
@@ -73,6 +74,12 @@ class LumpedStructure(LumpedMatrices, Structure):
             "modal" (`damping_ratio` in every mode).
         damping_ratio: Viscous damping ratio [1].
         damping_modes: The two modes of Rayleigh damping, counted from 1; None: 1 and 2.
+        rotations: Names of the degrees of freedom that are rotations [rad]; None: those whose name contains a word such
+            as "theta", "rotation", "rocking" or "pitch". They decide the units in datasets.
+        groups: Names of degrees of freedom and springs by group, {group: [name, ...]}, to which scatter can be
+            restricted. The groups "equipment", "absorber" and "soil" do not count in the largest demand of the
+            building. Places in no group are in the group "building".
+        output_units: Units of the outputs, {name: unit}, such as "m"; `fragility` compares outputs of one unit only.
 
     Raises:
         ValueError: If a name is unknown or given twice, a degree of freedom has no mass, a matrix has a wrong shape, is
@@ -120,17 +127,21 @@ class LumpedStructure(LumpedMatrices, Structure):
         damping: str = "none",
         damping_ratio: float | None = None,
         damping_modes: tuple[int, int] | None = None,
+        rotations: Sequence[str] | None = None,
+        groups: Mapping[str, Sequence[str]] | None = None,
+        output_units: Mapping[str, str] | None = None,
     ) -> None:
         masses = checked_coefficients("mass", mass)
         self.dof_names = tuple(masses)
         if not 1 <= len(masses) <= MOST_DOFS:
             raise ValueError(f"a lumped structure has 1 to {MOST_DOFS} degrees of freedom, got {len(masses)}")
-        self.springs = _checked_springs(springs, self.dof_names)
+        self.springs = checked_springs(springs, self.dof_names)
         self.given_springs = tuple(springs)
         self.pairs = sum(isinstance(each, BiaxialSpring) for each in springs)
         directions = [spring.direction for spring in self.springs]
         self.influence = checked_influence(influence, self.dof_names, directions)
         self.outputs = self._outputs(outputs)
+        self.kinds = kinds_of(self.dof_names, self.springs, self.outputs, rotations, groups, output_units)
         given = dict(zip(MATRICES, (mass_matrix, stiffness_matrix, damping_matrix, geometric_stiffness), strict=True))
         self.matrices: Mapping[str, np.ndarray] = FrozenMapping(
             {
@@ -150,10 +161,10 @@ class LumpedStructure(LumpedMatrices, Structure):
         self.storey_laws = tuple(spring.law.name for spring in self.springs)
         self.law = self.storey_law.name
         self.damping, self.damping_modes = checked_damping(damping, damping_ratio, damping_modes, len(masses))
-        arrays = {"mass": np.array(list(masses.values())), **_spring_values(self.springs)}
+        arrays = {"mass": np.array(list(masses.values())), **spring_values(self.springs)}
         if damping_ratio is not None:
             arrays["damping_ratio"] = np.array(real_number("damping_ratio", damping_ratio))
-        self.parameter_table: Mapping[str, Parameter] = FrozenMapping(_table_of(self.storey_law, arrays))
+        self.parameter_table: Mapping[str, Parameter] = FrozenMapping(table_of(self.storey_law, arrays))
         for name in OF_STRUCTURE:
             problem = name in arrays and self.parameter_table[name].first_violation(name, arrays[name], ())
             if problem:
@@ -202,6 +213,8 @@ class LumpedStructure(LumpedMatrices, Structure):
         return values
 
     def _mass_problem(self, values: Mapping[str, np.ndarray]) -> str | None:
+        if problem := self.coupled_mass_problem(values):
+            return problem
         mass = self.mass_matrices({**values, "mass": np.atleast_2d(values["mass"])})
         diagonal = np.einsum("sii->si", mass)
         if (diagonal <= 0).any():
@@ -275,6 +288,29 @@ class LumpedStructure(LumpedMatrices, Structure):
         """Return the names of the degrees of freedom ("dof") or of the springs."""
         return self.dof_names if dim == "dof" else tuple(spring.name for spring in self.springs)
 
+    def varied(self, name: str, only: tuple[str, ...] | tuple[int, ...] | None) -> np.ndarray | None:
+        """Return which values of a parameter a random scatter draws, shape [place]; None: all; see Structure."""
+        if not self.is_by_storey(name):
+            return None
+        dim = self.dim_of(name)
+        found = self.kinds.of_building(dim)
+        if only is not None:
+            found = self.kinds.named(dim, self.names_along(dim), [str(each) for each in only])[0]
+        return None if found.all() else found
+
+    def only_problem(self, name: str, only: tuple[str, ...] | tuple[int, ...]) -> str | None:
+        """Return why scatter of a parameter cannot be restricted to these names; None if it can."""
+        if not self.is_by_storey(name):
+            return f"{name} has one value for the structure: remove only="
+        if not isinstance(only[0], str):
+            return f"only= contains the number {only[0]}, but springs and degrees of freedom have names: give names"
+        dim = self.dim_of(name)
+        known = [*self.names_along(dim), *dict.fromkeys(self.kinds.groups[dim])]
+        for each in self.kinds.named(dim, self.names_along(dim), [str(each) for each in only])[1]:
+            what = "degree of freedom" if dim == "dof" else "spring"
+            return f"only= names {each!r}, which is no {what} and no group with one{did_you_mean(each, known)}"
+        return None
+
     def input_name(self, name: str) -> str:
         """Return the parameter's name."""
         return name
@@ -291,6 +327,7 @@ class LumpedStructure(LumpedMatrices, Structure):
         found |= {"outputs": {name: dict(row) for name, row in self.outputs.items()}} if self.outputs else {}
         found |= {name: matrix.tolist() for name, matrix in self.matrices.items()}
         found |= {} if self.load_mass is None else {"load_mass": self.load_mass.tolist()}
+        found |= {**self.kinds.given} | ({"is_vehicle": True} if self.is_vehicle else {})
         return found | ({"written_laws": texts} if (texts := self.storey_law.written) else {})
 
     def told(self) -> list[tuple[object, ...]]:
@@ -304,20 +341,29 @@ class LumpedStructure(LumpedMatrices, Structure):
         found["spring"] = ("spring", names, {"long_name": "spring"})
         if self.outputs and "output" in recorders:
             found["output"] = ("output", np.array(list(self.outputs)), {"long_name": "output"})
-        return found
+        return found | self.kinds.coordinates(found)
+
+    def units_along(self, dims: tuple[str, ...], units: str) -> str:
+        """Return the units of a variable with these dimensions, whose translations have the units `units`."""
+        return self.kinds.units(dims[0], units) if dims else units
 
     def modal(self) -> xr.Dataset:
         """Return periods, shapes, participation factors and effective masses of the undamped structure.
 
-        Springs have their initial stiffness; the geometric stiffness is subtracted. Participation factors are those of
-        the first component of the base motion.
+        Springs have their initial stiffness; the geometric stiffness is subtracted. Participation factors and effective
+        masses have the dimension `component` if the base motion has several components; they use the load mass.
 
         Raises:
             ValueError: If a part of the structure can move freely.
         """
         one = {name: values[None] for name, values in self.parameters.items()}
-        influence = self.influence[:, 0] if self.influence[:, 0].any() else np.ones(self.dofs)
-        found = modal_properties(self.mass_matrices(one)[0], self.stiffness_matrices(one)[0], influence)
+        influence = self.influence if self.influence.any() else np.ones((self.dofs, 1))
+        found = modal_properties(
+            self.mass_matrices(one)[0],
+            self.stiffness_matrices(one)[0],
+            influence[:, 0] if influence.shape[1] == 1 else influence,
+            load_mass=self.load_masses(one)[0],
+        )
         return found.assign_coords(dof=("dof", np.array(self.dof_names), {"long_name": "degree of freedom"}))
 
     @property
@@ -330,55 +376,3 @@ class LumpedStructure(LumpedMatrices, Structure):
             f"LumpedStructure({self.dofs} degrees of freedom, {len(self.springs)} springs, law={self.law!r}, "
             f"damping={self.damping!r})"
         )
-
-
-def _checked_springs(given: object, dofs: Sequence[str]) -> tuple[Spring | Component, ...]:
-    """Return the springs and then the components of biaxial springs, or raise an error that names a wrong one."""
-    if not isinstance(given, list | tuple) or not all(isinstance(each, Spring | BiaxialSpring) for each in given):
-        raise TypeError(f"springs must be a list of Springs, got {shortened(given)}")
-    found: list[Spring | Component] = [each for each in given if isinstance(each, Spring)]
-    found += [part for each in given if isinstance(each, BiaxialSpring) for part in each.components]
-    if not 1 <= len(found) <= MOST_SPRINGS:
-        raise ValueError(f"a lumped structure has 1 to {MOST_SPRINGS} springs, got {len(found)}")
-    names: set[str] = set()
-    for spring in found:
-        if spring.name in names:
-            raise ValueError(f"two springs have the name {spring.name!r}: give the springs different names")
-        names.add(spring.name)
-        check_known(f"spring {spring.name!r}", spring.direction, dofs)
-    return tuple(found)
-
-
-def _spring_values(springs: Sequence[Spring | Component]) -> dict[str, np.ndarray]:
-    """Return the parameters of all springs, shape [spring]; NaN where the law of a spring does not have them."""
-    found = {"stiffness": np.array([spring.stiffness for spring in springs])}
-    if any(spring.damping_coefficient for spring in springs):
-        found["damping_coefficient"] = np.array([spring.damping_coefficient for spring in springs])
-    if any(spring.deformation_capacity is not None for spring in springs):
-        capacities = [spring.deformation_capacity for spring in springs]
-        found["deformation_capacity"] = np.array([np.nan if each is None else each for each in capacities])
-    for name in dict.fromkeys(name for spring in springs for name in spring.parameters):
-        for spring in springs:
-            if name in spring.law.parameters and name not in spring.parameters:
-                raise ValueError(
-                    f"spring {spring.name!r}: {name} is missing: give it in all springs of law {spring.law.name!r}, or "
-                    "in none of them"
-                )
-        found[name] = np.array([spring.parameters.get(name, np.nan) for spring in springs])
-    return found
-
-
-def _table_of(law: BuildingLaw, arrays: Mapping[str, np.ndarray]) -> dict[str, Parameter]:
-    """Return {name of a parameter: units and bounds}."""
-    known = {
-        "mass": Parameter("kg", "mass of the degree of freedom", low=0.0),
-        "stiffness": Parameter("N m-1", "initial stiffness of the spring", low=0.0),
-        "damping_coefficient": Parameter("N s m-1", "coefficient of the spring's dashpot", low=0.0),
-        "deformation_capacity": Parameter("m", "deformation of the spring at collapse", low=0.0, low_open=True),
-        "damping_ratio": DAMPING_RATIO,
-    }
-    of_laws = {
-        name: replace(each, long_name=each.long_name.replace("storey", "spring"))
-        for name, each in law.parameters.items()
-    }
-    return {name: (known | of_laws)[name] for name in arrays}

@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike
 from warpdyn.foundations.core.checks import finite_numbers, shortened
 from warpdyn.foundations.core.frozen_values import FrozenArrays, freeze_arrays
 from warpdyn.foundations.core.near_misses import suggests_names
+from warpdyn.model.structures.lumped.places.storey_values import floor_masses
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,11 +97,7 @@ def torsional_matrices(
         >>> matrices.directions[1, 0]  # the frame at y = 4 m in the second storey
         array([-1.,  0.,  4.,  1.,  0., -4.])
     """
-    masses = finite_numbers("floor_mass [kg]", floor_mass)
-    if masses.ndim != 1 or not masses.size:
-        raise ValueError(f"floor_mass must be one value per floor, from the first floor up, got shape {masses.shape}")
-    for bad in np.flatnonzero(masses <= 0):
-        raise ValueError(f"floor_mass of floor {bad + 1} is {masses[bad]:g} kg; it must be above 0")
+    masses = floor_masses(floor_mass)
     floors = masses.size
     ends = finite_numbers("plan [m]", plan)
     if ends.shape != (2, 2) or np.any(ends[:, 1] <= ends[:, 0]):

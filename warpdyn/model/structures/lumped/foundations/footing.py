@@ -9,9 +9,11 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from warpdyn.foundations.core.checks import real_number
+from warpdyn.foundations.core.checks import finite_numbers, real_number
 from warpdyn.foundations.core.near_misses import with_suggestions
+from warpdyn.foundations.core.plausibility import PlausibilityFindings
 
 MODES = ("z", "y", "x", "rx", "ry", "t")
 
@@ -134,6 +136,10 @@ class Soil:
                 f"shear_modulus {modulus:g} N/m2 is not density x shear_wave_velocity^2, {density * velocity**2:g} "
                 "N/m2: give only one of the two"
             )
+        findings = PlausibilityFindings()
+        findings.add("soil_density", density)
+        findings.add("soil_shear_wave_velocity", velocity)
+        findings.warn()
         values = {"poisson_ratio": ratio, "density": density, "shear_modulus": modulus, "shear_wave_velocity": velocity}
         for name, value in values.items():
             object.__setattr__(self, name, value)
@@ -148,3 +154,25 @@ class Soil:
     def lysmer_velocity(self) -> float:
         """Lysmer's analogue velocity 3.4 Vs / (pi (1 - nu)) [m/s]."""
         return 3.4 * self.shear_wave_velocity / (np.pi * (1 - self.poisson_ratio))
+
+
+def check_footing(function: str, footing: object, soil: object = None) -> None:
+    """Raise a TypeError if the arguments of a function are not a RectangularFooting and a Soil (None: not given)."""
+    if not isinstance(footing, RectangularFooting):
+        raise TypeError(
+            f"{function}() takes a RectangularFooting, got {type(footing).__name__}; give footing="
+            "RectangularFooting(half_length, half_width)"
+        )
+    if soil is not None and not isinstance(soil, Soil):
+        raise TypeError(
+            f"{function}() takes a Soil, got {type(soil).__name__}; give soil=Soil(poisson_ratio, density, "
+            "shear_wave_velocity=...)"
+        )
+
+
+def frequencies(values: ArrayLike) -> np.ndarray:
+    """Return frequencies as float64; raise a ValueError unless they are finite and at least 0."""
+    array = finite_numbers("frequency", values)
+    if np.any(array < 0):
+        raise ValueError(f"frequency must be at least 0, got {array.min():g}")
+    return array

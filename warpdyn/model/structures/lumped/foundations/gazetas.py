@@ -15,8 +15,12 @@ from numpy.typing import ArrayLike
 
 from warpdyn.foundations.core.checks import one_of
 from warpdyn.foundations.core.near_misses import suggests_names
-from warpdyn.model.structures.lumped.foundations.footing import RectangularFooting, Soil
-from warpdyn.model.structures.lumped.foundations.pais_kausel import check_footing, frequencies
+from warpdyn.model.structures.lumped.foundations.footing import (
+    RectangularFooting,
+    Soil,
+    check_footing,
+    frequencies,
+)
 
 ROCKING_FORMS = ("contact_over_width", "mylonakis_2006")
 CHART_FREQUENCIES = (0.444, 0.889, 1.333, 2.0)

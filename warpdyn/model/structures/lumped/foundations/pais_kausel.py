@@ -14,7 +14,12 @@ from numpy.typing import ArrayLike
 
 from warpdyn.foundations.core.checks import finite_numbers
 from warpdyn.foundations.core.near_misses import suggests_names
-from warpdyn.model.structures.lumped.foundations.footing import RectangularFooting, Soil
+from warpdyn.model.structures.lumped.foundations.footing import (
+    RectangularFooting,
+    Soil,
+    check_footing,
+    frequencies,
+)
 
 LARGEST_PSI = 2.5
 
@@ -218,28 +223,6 @@ def dimensionless_frequency(footing: RectangularFooting, soil: Soil, circular_fr
     """
     check_footing("dimensionless_frequency", footing, soil)
     return frequencies(circular_frequency) * footing.half_width / soil.shear_wave_velocity
-
-
-def check_footing(function: str, footing: object, soil: object = None) -> None:
-    """Raise a TypeError if the arguments of a function are not a RectangularFooting and a Soil (None: not given)."""
-    if not isinstance(footing, RectangularFooting):
-        raise TypeError(
-            f"{function}() takes a RectangularFooting, got {type(footing).__name__}; give footing="
-            "RectangularFooting(half_length, half_width)"
-        )
-    if soil is not None and not isinstance(soil, Soil):
-        raise TypeError(
-            f"{function}() takes a Soil, got {type(soil).__name__}; give soil=Soil(poisson_ratio, density, "
-            "shear_wave_velocity=...)"
-        )
-
-
-def frequencies(values: ArrayLike) -> np.ndarray:
-    """Return frequencies as float64; raise a ValueError unless they are finite and at least 0."""
-    array = finite_numbers("frequency", values)
-    if np.any(array < 0):
-        raise ValueError(f"frequency must be at least 0, got {array.min():g}")
-    return array
 
 
 def _unit_stiffness(footing: RectangularFooting, soil: Soil, mode: str) -> float:

@@ -1,0 +1,111 @@
+"""Values of lumped structures in other units (kN, mm, percent, t/m3) give one warning that names the quantity."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+import warpdyn as wd
+from warpdyn.model.scene.plausibility import warn_of_implausible
+
+TIME = 0.01 * np.arange(500)
+MOTION = wd.GroundMotion(3.0 * np.sin(8 * TIME) * np.exp(-0.5 * TIME), 0.01)
+DAMPED = {"damping": "rayleigh", "damping_ratio": 0.05}
+PLAN = [[-10.0, 10.0], [-6.0, 6.0]]
+
+
+def warnings_of(call: Callable[[], object]) -> str:
+    with warnings.catch_warnings(record=True) as found:
+        warnings.simplefilter("always")
+        structure = call()
+        if isinstance(structure, wd.LumpedStructure):
+            warn_of_implausible(wd.Scene(structure, MOTION))
+    return " ".join(str(each.message) for each in found)
+
+
+def frame(**changes) -> wd.LumpedStructure:
+    """Return two floors on yielding springs, and a stop."""
+    given = {"stiffness": 5e7, "yield_force": 3e5, "mass": 1e5, "clearance": 0.05, "capacity": 0.1} | changes
+    bilinear = {"law": "bilinear", "hardening_ratio": 0.05, "stiffness": given["stiffness"]}
+    bilinear |= {"yield_force": given["yield_force"], "deformation_capacity": given["capacity"]}
+    contact = wd.laws.HertzContact(clearance=given["clearance"], hertz_stiffness=given.get("hertz", 2.75e9))
+    springs = [
+        wd.Spring("first", {"u1": 1.0}, **bilinear),
+        wd.Spring("second", {"u2": 1.0, "u1": -1.0}, **bilinear),
+        wd.Spring("stop", {"u2": 1.0}, law=contact),
+    ]
+    return wd.LumpedStructure({"u1": given["mass"], "u2": given["mass"]}, springs, **DAMPED)
+
+
+def hinge(**changes) -> wd.FlexuralShearBuilding:
+    given = {"law": "bilinear", "stiffness": 1e12, "yield_force": 4e8, "hardening_ratio": 0.02} | changes
+    return wd.FlexuralShearBuilding([4e5] * 4, 3.0, period=0.4, alpha0=4.0, base_hinge=given, **DAMPED)
+
+
+def torsional(plan: list) -> wd.TorsionalBuilding:
+    edges = np.array(plan)
+    frames = [
+        wd.PlanFrame("front", (0.0, edges[1, 0]), "x", 6e7),
+        wd.PlanFrame("back", (0.0, edges[1, 1]), "x", 6e7),
+        wd.PlanFrame("west", (edges[0, 0], 0.0), "y", 9e7),
+    ]
+    return wd.TorsionalBuilding([1.5e5], plan, frames, base_motion="x", **DAMPED)
+
+
+def soil(**changes) -> wd.Soil:
+    return wd.Soil(**{"poisson_ratio": 0.35, "density": 1800.0, "shear_wave_velocity": 150.0} | changes)
+
+
+def tower(height: float = 3.0, **changes) -> wd.FlexuralShearBuilding:
+    return wd.FlexuralShearBuilding([4e5] * 4, height, period=0.4, alpha0=4.0, **DAMPED, **changes)
+
+
+def absorber(**changes) -> wd.LumpedStructure:
+    return wd.with_absorber(wd.ShearBuilding([1e5] * 2, 5e7, 3.0, **DAMPED), "u2", **{"mass_ratio": 0.02} | changes)
+
+
+@pytest.mark.parametrize(
+    "call",
+    [frame, hinge, lambda: torsional(PLAN), soil, tower, absorber, lambda: tower(gravity_load="weight")],
+    ids=["frame", "hinge", "torsional", "soil", "tower", "absorber", "gravity"],
+)
+def test_plausible_structures_give_no_warning(call):
+    assert warnings_of(call) == ""
+
+
+@pytest.mark.parametrize(
+    ("call", "words"),
+    [
+        (
+            lambda: frame(yield_force=300.0),
+            ("deformation at which the spring yields of spring 'first'", "kN, it would be"),
+        ),
+        (lambda: frame(yield_force=300.0), ("yield forces of all springs over the weight", "given in kN")),
+        (lambda: frame(capacity=100.0), ("deformation capacity of the spring", "given in mm, it would be 0.1 m")),
+        (
+            lambda: frame(clearance=50.0),
+            ("clearance of the spring of spring 'stop'", "given in mm, it would be 0.05 m"),
+        ),
+        (lambda: frame(hertz=2.75e6), ("Hertz stiffness of the contact", "given in kN/m^1.5, it would be 2.75e+09")),
+        (lambda: hinge(yield_force=4e5), ("rotation at which the spring yields", "kN m, it would be 0.0004 rad")),
+        (lambda: torsional([[-1e4, 1e4], [-6e3, 6e3]]), ("side of the plan", "given in mm, it would be 20 m")),
+        (lambda: soil(density=1.8), ("density of the soil is 1.8 kg/m3", "t/m3, it would be 1.8e+03")),
+        (lambda: soil(density=18.0), ("density of the soil is 18 kg/m3", "kN/m3 of weight, it would be 1.84e+03")),
+        (lambda: soil(shear_wave_velocity=0.15), ("shear-wave velocity of the soil", "km/s, it would be 150 m/s")),
+        (lambda: tower(3000.0), ("storey height at storey 1 is 3000 m", "given in mm, it would be 3 m")),
+        (lambda: tower(gravity_load=3924.0), ("gravity load over mass times g is 0.001", "given in kN")),
+        (lambda: absorber(mass_ratio=0.9), ("mass_ratio of the tuned mass damper is 0.9", "percent, it would be 0.009")),
+    ],
+)
+def test_a_value_in_another_unit_is_named(call, words):
+    said = warnings_of(call)
+    for each in words:
+        assert each in said, said
+
+
+def test_a_warning_can_be_turned_off():
+    with wd.meant_as_given("soil_density"):
+        assert warnings_of(lambda: soil(density=1.8)) == ""

@@ -1,0 +1,1 @@
+"""Kinds, units and groups of the degrees of freedom, springs and outputs of lumped structures."""
