@@ -180,6 +180,24 @@ def test_random_sections_of_reduced_frames_and_their_load(reduction):
         assert run["peak_output"].sel(output="1 moment start")[sample].item() == pytest.approx(due, rel=1e-5)
 
 
+def test_scatter_of_the_members_of_one_section_and_units_of_outputs():
+    frame = two_storey()
+    structure = frame.lumped(damping="modal", damping_ratio=0.02, outputs=FORCES)
+    factor = wd.RandomFactor(wd.Lognormal(1.0, 0.2), per="member", only=("B1_1", "C2_1"))
+    run = wd.simulate(wd.Scene(structure, pulse(1.0, 0.7, 0.4), {"area": factor}), structures=3, seed=1, device="cpu")
+    varied = (run["area"].max("sample") > run["area"].min("sample")).to_series()
+    assert varied.index[varied].tolist() == ["C2_1", "B1_1"]
+    units = dict(zip(run["output"].values, run["output_unit"].values, strict=True))
+    assert (units["drift 2"], units["base shear"], units["B1_1 moment end"], units["C2_1 axial"]) == (
+        "1",
+        "N",
+        "N m",
+        "N",
+    )
+    with pytest.raises(ValueError, match="neither a member nor a section"):
+        wd.Scene(structure, pulse(1.0, 0.7, 0.4), {"area": wd.RandomFactor(wd.Lognormal(1.0, 0.2), only=("B9",))})
+
+
 def test_fragility_and_collapse_of_random_frames():
     frame = two_storey()
     structure = frame.lumped(p_delta=True, damping="modal", damping_ratio=0.02, drift_capacity=0.04)

@@ -12,9 +12,10 @@ from numpy.typing import ArrayLike
 from warpdyn.engine.laws import Parameter
 from warpdyn.foundations.core.checks import one_of, real_number, true_or_false, whole_number
 from warpdyn.foundations.core.frozen_values import FrozenMapping
+from warpdyn.foundations.core.near_misses import did_you_mean
 from warpdyn.model.structures.frames.choices import checked_outputs, kept_places
 from warpdyn.model.structures.frames.members.elements import Sections
-from warpdyn.model.structures.frames.members.forces import force_names, force_rows
+from warpdyn.model.structures.frames.members.forces import force_names, force_rows, unit_of
 from warpdyn.model.structures.frames.members.matrices import Bent
 from warpdyn.model.structures.frames.reduction import free_matrices, inner_masses, reduced, shapes_of
 from warpdyn.model.structures.lumped.spring import Spring
@@ -98,6 +99,8 @@ class ReducedFrame(LumpedStructure):
             geometric_stiffness=-reduced(geometric, shapes) if p_delta else None,
             load_mass=None if reduction == "static" else self.load_masses({"mass": self.nominal_mass[None]})[0],
             outputs=named_outputs,
+            output_units={name: unit_of(name) for name in named_outputs},
+            rotations=[name for name in names if name.endswith(" rz")],
             damping=damping,
             damping_ratio=damping_ratio,
             damping_modes=damping_modes,
@@ -211,6 +214,27 @@ class ReducedFrame(LumpedStructure):
     def length_along(self, dim: str) -> int:
         """Return the number of members, degrees of freedom, springs or outputs."""
         return len(self.frame.members) if dim == "member" else super().length_along(dim)
+
+    def varied(self, name: str, only: tuple[str, ...] | tuple[int, ...] | None) -> np.ndarray | None:
+        """Return which values of a parameter a random scatter draws, shape [place]; None: all.
+
+        For members, `only` contains names of members or of sections.
+        """
+        if name not in MEMBER_PARAMETERS:
+            return super().varied(name, only)
+        members = self.frame.members.items()
+        found = np.array([only is None or member in only or row["section"] in only for member, row in members])
+        return None if found.all() else found
+
+    def only_problem(self, name: str, only: tuple[str, ...] | tuple[int, ...]) -> str | None:
+        """Return why scatter of a parameter cannot be restricted to these names; None if it can."""
+        if name not in MEMBER_PARAMETERS:
+            return super().only_problem(name, only)
+        known = [*self.frame.members, *self.frame.sections]
+        for each in only:
+            if each not in known:
+                return f"only= names {each!r}, which is neither a member nor a section{did_you_mean(each, known)}"
+        return None
 
     def scatter_problem(self, name: str, *, is_common_factor: bool) -> str | None:
         """Return why a parameter cannot be random: the stiffness of gauges, and single masses of a reduced frame."""

@@ -23,6 +23,13 @@ def force_names(members: Sequence[str]) -> list[str]:
     return [f"{member} {force}" for member in members for force in FORCES_OF_OUTPUTS]
 
 
+def unit_of(output: str) -> str:
+    """Return the unit of an output of a reduced frame."""
+    if output.startswith("drift ") and output.removeprefix("drift ").isdigit():
+        return "1"
+    return "N m" if output.endswith(("moment start", "moment end")) else "N"
+
+
 def force_rows(frame: Frame, members: Sequence[str], shapes: np.ndarray, bent: Bent) -> np.ndarray:
     """Return forces per unit displacement of the kept degrees of freedom, in the order of `force_names`.
 
