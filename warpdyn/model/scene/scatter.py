@@ -154,9 +154,9 @@ class RandomFactor(RandomScatter):
             of a LumpedStructure, "spring" or "dof", or of a reduced Frame "member".
         storey_correlation: Correlation between the draws of two storeys [1], 0 to 1; needs `per="storey"`.
         only: Storeys of a building whose values are drawn, such as `range(2, 6)` for storeys 2 to 5; or names of
-            springs, degrees of freedom or groups of a LumpedStructure. The others have their nominal values. None: all
-            storeys, including those of isolators and of a tuned mass damper; of a LumpedStructure, all except those of
-            the groups "equipment", "absorber" and "soil".
+            springs, degrees of freedom or groups of a LumpedStructure, or of members or sections of a reduced Frame.
+            The others have their nominal values. None: all storeys, including those of isolators and of a tuned mass
+            damper; of a LumpedStructure, all except those of the groups "equipment", "absorber" and "soil".
 
     Raises:
         TypeError, ValueError: If `distribution` or `per` is invalid, `only` is not in the structure, or
@@ -185,9 +185,9 @@ class RandomValue(RandomScatter):
             of a LumpedStructure, "spring" or "dof", or of a reduced Frame "member".
         storey_correlation: Correlation between the draws of two storeys [1], 0 to 1; needs `per="storey"`.
         only: Storeys of a building whose values are drawn, such as `range(2, 6)` for storeys 2 to 5; or names of
-            springs, degrees of freedom or groups of a LumpedStructure. The others have their nominal values. None: all
-            storeys, including those of isolators and of a tuned mass damper; of a LumpedStructure, all except those of
-            the groups "equipment", "absorber" and "soil".
+            springs, degrees of freedom or groups of a LumpedStructure, or of members or sections of a reduced Frame.
+            The others have their nominal values. None: all storeys, including those of isolators and of a tuned mass
+            damper; of a LumpedStructure, all except those of the groups "equipment", "absorber" and "soil".
 
     Raises:
         TypeError, ValueError: If `distribution` or `per` is invalid, `only` is not in the structure, or
