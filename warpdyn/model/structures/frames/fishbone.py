@@ -78,7 +78,7 @@ def fishbone(frame: Frame) -> Frame:
         y = heights[place]
         nodes |= {names[0]: (0.0, y), names[1]: (width, y)}
         supports |= {names[0]: "roller", names[1]: "roller"}
-        sections[f"C{place}"], members[f"C{place}"] = _column(frame, level, modulus, place)
+        sections[f"C{place}"], members[f"C{place}"] = _column_line(frame, level, modulus, place)
         turning = _floor_stiffness(frame, level)
         inertia = turning * width / (3 * modulus)
         if turning <= 0:
@@ -131,7 +131,7 @@ def _levels(frame: Frame) -> tuple[list[_Level], list[str]]:
     return found, floors
 
 
-def _column(frame: Frame, level: _Level, modulus: float, place: int) -> tuple[dict[str, float], dict[str, Any]]:
+def _column_line(frame: Frame, level: _Level, modulus: float, place: int) -> tuple[dict[str, float], dict[str, Any]]:
     """Return section and member of the column line: sums of EI, of shear stiffness and of end springs."""
     taken = level.columns
     nominal, geometry = frame.nominal, frame.geometry
