@@ -308,3 +308,22 @@ def test_blocks_of_structures_that_threads_draw_have_their_own_matrices():
     given = {"second_moment": wd.GivenValues(values[some])}
     due = wd.simulate(wd.Scene(structure, motion, given), structures=5, step=0.01, device="cpu")
     np.testing.assert_allclose(whole["peak_output"][some], due["peak_output"], rtol=2e-5)
+
+
+def test_runge_kutta_has_order_four_on_elastic_frames():
+    frame = two_storey()
+    structure = with_rayleigh(frame, *COEFFICIENTS[two_storey])
+    motion = pulse_of_reference(1.0, 0.8, 0.4)
+    matrices = structure.central_matrices(structure.parameters)
+    load = matrices["mass"] @ structure.influence
+    exact = response(matrices["mass"], matrices["damping"], matrices["stiffness"], load, motion.acceleration, parts=1)
+    errors = []
+    for step in (0.01, 0.005, 0.0025):
+        kept = wd.Histories([0], every=1)
+        run = wd.simulate(wd.Scene(structure, motion, tail=0.0), step=step, histories=kept, **SETTINGS)
+        found = run["displacement"].sel(dof="floor 2")[0].values[:: round(0.01 / step)]
+        due = exact["u"][: found.size, 1]
+        errors.append(np.abs(found - due).max() / np.abs(due).max())
+    orders = np.log2(np.array(errors[:-1]) / errors[1:])
+    assert ((orders > 3.9) & (orders < 4.1)).all(), (errors, orders)
+    assert errors[1] < 1e-6
