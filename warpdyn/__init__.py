@@ -33,6 +33,15 @@ Example:
     >>> region = wd.Scene(stock.portfolio, wd.Cloud(motions), recorders=("drift",))
     >>> counted = wd.simulate(region, statistics=wd.DamageCounts(stock.limits, over="building"))
     >>> results = wd.building_results(counted, stock, inventory, wd.hazus_loss_ratios("RES1"))
+
+    A portal frame of two columns and a beam:
+
+    >>> nodes = {"A": (0.0, 0.0), "B": (0.0, 4.0), "C": (6.0, 4.0), "D": (6.0, 0.0)}  # x, y [m]
+    >>> members = {"left": ("A", "B", "column"), "beam": ("B", "C", "beam"), "right": ("D", "C", "column")}
+    >>> steel = {"elastic_modulus": 2e11, "area": 0.012}  # Pa, m2
+    >>> sections = {"column": steel | {"second_moment": 1.49e-4}, "beam": steel | {"second_moment": 2.31e-4}}  # m4
+    >>> floor = dict(diaphragms={"floor": ["B", "C"]}, masses={"floor": 70e3})  # kg
+    >>> portal = wd.Frame(nodes, members, sections, supports={"A": "fixed", "D": "fixed"}, **floor)
 """
 
 import lazy_loader

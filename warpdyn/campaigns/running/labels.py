@@ -180,7 +180,8 @@ def _by_event(scene: Scene, columns: dict[str, Column]) -> dict[str, Column]:
 def lengths(model: Model, column: Column) -> tuple[int, ...]:
     """Return the lengths of a column's dimensions in addition to `sample`."""
     events = len(model.scene.excitation.event_names)
-    return tuple(events if dim == "event" else model.plan.length(dim) for dim in column.dims)
+    of_structure = {"event": events, "member": model.scene.structure.length_along("member")}
+    return tuple(of_structure.get(dim) or model.plan.length(dim) for dim in column.dims)
 
 
 def fill_inputs(known: Ensemble | Inputs, rows: Arrays, map_function: MapFunction = map) -> None:

@@ -14,6 +14,7 @@ from warpdyn.interfaces.plots.drifts import (
     residual_drifts,
 )
 from warpdyn.interfaces.plots.fragility import fragility_comparison, fragility_curves
+from warpdyn.interfaces.plots.frames import frame
 from warpdyn.interfaces.plots.ground_motions import ground_motions, spectra
 from warpdyn.interfaces.plots.histories import histories, hysteresis
 from warpdyn.interfaces.plots.incremental import capacities, ida_curves
@@ -32,6 +33,7 @@ __all__ = [
     "drift_over_height",
     "fragility_comparison",
     "fragility_curves",
+    "frame",
     "ground_motions",
     "hazard_and_rates",
     "histories",

@@ -21,6 +21,8 @@ from warpdyn.model.ground_motions.motions_at_sites import MotionsAtSites
 from warpdyn.model.scene import distributions, scatter
 from warpdyn.model.scene.portfolio import Archetype, Portfolio
 from warpdyn.model.structures.builders.torsional_building import TorsionalBuilding
+from warpdyn.model.structures.frames.frame import Frame
+from warpdyn.model.structures.frames.reduced_frame import Gauge, ReducedFrame
 from warpdyn.model.structures.lumped.biaxial_spring import BiaxialSpring
 from warpdyn.model.structures.lumped.spring import Spring
 from warpdyn.model.structures.lumped.structure import MATRICES, LumpedStructure
@@ -167,6 +169,8 @@ class Rebuilding:
             return _made(LinearSystem, rest, where)
         if kind in ("LumpedStructure", "TorsionalBuilding"):
             return self.lumped(rest, where, is_torsional=kind == "TorsionalBuilding")
+        if kind == "ReducedFrame":
+            return self.reduced_frame(rest, where)
         if kind != "ShearBuilding":
             raise _foreign(where, kind)
         _check_keys(rest, where, (), BUILDING_KEYS)
@@ -188,12 +192,12 @@ class Rebuilding:
         """Return the lumped structure that a JSON object without its type describes."""
         _check_keys(told, where, (), ("degrees_of_freedom", "mass", "springs", "influence", "damping"))
         check_written(told.get("written_laws", {}), f"from_json(): {where}")
-        springs = [
-            (BiaxialSpring if "direction_x" in each else Spring)(
-                **{name: self.value(value, f"{where}.springs.{name}") for name, value in each.items()}
-            )
-            for each in told["springs"]
-        ]
+        springs = []
+        for each in told["springs"]:
+            kind = BiaxialSpring if "direction_x" in each else Gauge if "is_gauge" in each else Spring
+            values = {name: self.value(value, f"{where}.springs.{name}") for name, value in each.items()}
+            values.pop("is_gauge", None)
+            springs.append(kind(**values))
         names = told["degrees_of_freedom"]
         mass = self._numbers(told["mass"], f"{where}.mass").tolist()
         chosen: dict[str, Any] = {name: told[name] for name in LUMPED_CHOICES if name in told}
@@ -211,6 +215,16 @@ class Rebuilding:
         _check_keys(told, where, (), ("plan", "mass_centres"))
         chosen |= {name: self._numbers(told[name], f"{where}.{name}") for name in ("plan", "mass_centres")}
         return TorsionalBuilding.of_parts(masses, springs, influence=influence, **chosen)
+
+    def reduced_frame(self, told: dict[str, Any], where: str) -> ReducedFrame:
+        """Return the reduced frame that a JSON object without its type describes."""
+        _check_keys(told, where, (), ("frame", "dofs", "reduction", "damping"))
+        given = dict(told)
+        frame = _made(Frame, given.pop("frame"), f"{where}.frame")
+        if "damping_modes" in given:
+            given["damping_modes"] = tuple(given["damping_modes"])
+        _check_keys(given, where, list(signature(Frame.lumped).parameters), ())
+        return frame.lumped(**given)
 
     def _numbers(self, told: object, where: str) -> np.ndarray:
         """Return the values of a building's parameter as an array; `where` is its position in the JSON, for errors."""

@@ -16,8 +16,8 @@ from warpdyn.model.scene.distributions import Distribution
 from warpdyn.model.structures.shear_building import ShearBuilding
 from warpdyn.model.structures.structure import Structure
 
-# A draw applies to all storeys (springs, degrees of freedom) of a structure, or to one of them.
-PER = ("building", "storey", "spring", "dof")
+# A draw applies to all storeys (springs, degrees of freedom, members) of a structure, or to one of them.
+PER = ("building", "storey", "spring", "dof", "member")
 
 
 class ParameterScatter(ABC):
@@ -151,12 +151,12 @@ class RandomFactor(RandomScatter):
     Args:
         distribution: Distribution of the factor [1]: Normal, Lognormal or Uniform.
         per: "building" (one draw for all storeys, springs or degrees of freedom), "storey" (one draw per storey) or,
-            of a LumpedStructure, "spring" or "dof".
+            of a LumpedStructure, "spring" or "dof", or of a reduced Frame "member".
         storey_correlation: Correlation between the draws of two storeys [1], 0 to 1; needs `per="storey"`.
         only: Storeys of a building whose values are drawn, such as `range(2, 6)` for storeys 2 to 5; or names of
-            springs, degrees of freedom or groups of a LumpedStructure. The others have their nominal values. None: all
-            storeys, including those of isolators and of a tuned mass damper; of a LumpedStructure, all except those of
-            the groups "equipment", "absorber" and "soil".
+            springs, degrees of freedom or groups of a LumpedStructure, or of members or sections of a reduced Frame.
+            The others have their nominal values. None: all storeys, including those of isolators and of a tuned mass
+            damper; of a LumpedStructure, all except those of the groups "equipment", "absorber" and "soil".
 
     Raises:
         TypeError, ValueError: If `distribution` or `per` is invalid, `only` is not in the structure, or
@@ -182,12 +182,12 @@ class RandomValue(RandomScatter):
     Args:
         distribution: Distribution of the value, in the parameter's units: Normal, Lognormal or Uniform.
         per: "building" (one draw for all storeys, springs or degrees of freedom), "storey" (one draw per storey) or,
-            of a LumpedStructure, "spring" or "dof".
+            of a LumpedStructure, "spring" or "dof", or of a reduced Frame "member".
         storey_correlation: Correlation between the draws of two storeys [1], 0 to 1; needs `per="storey"`.
         only: Storeys of a building whose values are drawn, such as `range(2, 6)` for storeys 2 to 5; or names of
-            springs, degrees of freedom or groups of a LumpedStructure. The others have their nominal values. None: all
-            storeys, including those of isolators and of a tuned mass damper; of a LumpedStructure, all except those of
-            the groups "equipment", "absorber" and "soil".
+            springs, degrees of freedom or groups of a LumpedStructure, or of members or sections of a reduced Frame.
+            The others have their nominal values. None: all storeys, including those of isolators and of a tuned mass
+            damper; of a LumpedStructure, all except those of the groups "equipment", "absorber" and "soil".
 
     Raises:
         TypeError, ValueError: If `distribution` or `per` is invalid, `only` is not in the structure, or

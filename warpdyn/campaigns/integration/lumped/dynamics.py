@@ -121,8 +121,8 @@ class LumpedDynamics(Dynamics):
         mass = structure.mass_matrices(parameters)
         inverse = np.linalg.inv(mass)
         inverse = without_rounding((inverse + inverse.transpose(0, 2, 1)) / 2, ROUNDED)
-        fixed = {name: structure.matrices.get(name, 0.0) for name in ("stiffness_matrix", "geometric_stiffness")}
-        elastic = fixed["stiffness_matrix"] - fixed["geometric_stiffness"] + np.zeros_like(mass)
+        elastic = structure.elastic_matrices(parameters) - structure.geometric_matrices(parameters)
+        outputs = structure.output_matrices(parameters)
         influence = structure.influences(parameters)
         drive = influence
         if structure.load_mass is not None:
@@ -131,13 +131,13 @@ class LumpedDynamics(Dynamics):
         return {
             "deformation": np.broadcast_to(structure.directions, (count, *structure.directions.shape)),
             "inverse_mass": inverse,
-            "stiffness": elastic,
+            "stiffness": elastic + np.zeros_like(mass),
             "damping": structure.damping_between_dofs(parameters, rayleigh),
             "drive": drive,
             "unmoved": influence - drive,
             "mass": mass,
             "pull": structure.load_masses(parameters) @ influence,
-            "output": np.broadcast_to(structure.output_rows, (count, *structure.output_rows.shape)),
+            "output": np.broadcast_to(outputs, (count, *outputs.shape[1:])),
         }
 
     def _vibration(self, parameters: Arrays, method: Method) -> tuple[np.ndarray, ...]:

@@ -15,7 +15,10 @@ Values = Mapping[str, np.ndarray]
 INCIDENCE = "incidence_angle"  # parameter of structures under pairs of motions
 SAME_FACTOR = 1e-9  # largest relative difference of two factors on masses that count as equal
 ROUNDED_DAMPING = 1e-12  # see `without_rounding`: entries of modal damping matrices
-OF_DOFS = ("mass",)  # parameters with one value per degree of freedom; others have one per spring or per structure
+# Parameters with one value per degree of freedom, and with one per member of a frame; others have one per spring or per
+# structure.
+OF_DOFS = ("mass",)
+OF_MEMBERS = ("elastic_modulus", "area", "second_moment")
 
 
 class LumpedMatrices:
@@ -132,8 +135,20 @@ class LumpedMatrices:
             has_gravity: Whether the geometric stiffness is subtracted.
         """
         found = self.of_springs(values["stiffness"] if per_spring is None else per_spring)
-        found = found + self.matrices.get("stiffness_matrix", 0.0)
-        return found - self.matrices.get("geometric_stiffness", 0.0) if has_gravity else found
+        found = found + self.elastic_matrices(values)
+        return found - self.geometric_matrices(values) if has_gravity else found
+
+    def elastic_matrices(self, values: Values) -> np.ndarray | float:
+        """Return the elastic stiffness in addition to the springs [N/m], shape [structure or 1, dof, dof], or 0."""
+        return self.matrices.get("stiffness_matrix", 0.0)
+
+    def geometric_matrices(self, values: Values) -> np.ndarray | float:
+        """Return the stiffness that gravity takes away [N/m], shape [structure or 1, dof, dof], or 0."""
+        return self.matrices.get("geometric_stiffness", 0.0)
+
+    def output_matrices(self, values: Values) -> np.ndarray:
+        """Return the coefficients of the outputs, shape [structure or 1, output, dof]."""
+        return self.output_rows[None]
 
     def rayleigh(self, values: Values, frequency: np.ndarray) -> np.ndarray:
         """Return the factors of mass [1/s] and stiffness [s], shape [2, structure]; `frequency`: [structure, mode]."""
@@ -149,7 +164,7 @@ class LumpedMatrices:
         count, dofs = len(values["mass"]), len(self.dof_names)
         found = np.zeros((count, dofs, dofs)) + self.matrices.get("damping_matrix", 0.0)
         if "stiffness_matrix" in self.matrices:
-            found = found + rayleigh[1][:, None, None] * self.matrices["stiffness_matrix"]
+            found = found + rayleigh[1][:, None, None] * self.elastic_matrices(values)
         if self.damping == "modal":
             mass = self.mass_matrices(values)
             squared, shape = undamped(mass, self.stiffness_matrices(values))
@@ -173,8 +188,8 @@ class LumpedMatrices:
 
 
 def of_springs_only(values: Values) -> dict[str, np.ndarray]:
-    """Return the parameters without those that have one value per degree of freedom, for the laws of the springs."""
-    return {name: each for name, each in values.items() if name not in OF_DOFS}
+    """Return the parameters without those of degrees of freedom and members of frames, for the laws of the springs."""
+    return {name: each for name, each in values.items() if name not in (*OF_DOFS, *OF_MEMBERS)}
 
 
 def turned_influence(influence: np.ndarray, angle: np.ndarray) -> np.ndarray:

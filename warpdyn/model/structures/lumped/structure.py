@@ -214,7 +214,7 @@ class LumpedStructure(LumpedMatrices, Structure):
     def _mass_problem(self, values: Mapping[str, np.ndarray]) -> str | None:
         if problem := self.coupled_mass_problem(values):
             return problem
-        mass = self.mass_matrices({"mass": np.atleast_2d(values["mass"])})
+        mass = self.mass_matrices({**values, "mass": np.atleast_2d(values["mass"])})
         diagonal = np.einsum("sii->si", mass)
         if (diagonal <= 0).any():
             dof = self.dof_names[np.argwhere(diagonal <= 0)[0, 1]]
@@ -235,10 +235,9 @@ class LumpedStructure(LumpedMatrices, Structure):
 
     def _stiffness_problem(self, values: Mapping[str, np.ndarray]) -> str | None:
         """Return a sentence on a motion without resistance in one of the structures, or None."""
-        mass, stiffness = np.atleast_2d(values["mass"]), np.atleast_2d(values["stiffness"])
-        count = max(len(mass), len(stiffness))
-        mass, stiffness = (np.broadcast_to(each, (count, each.shape[1])) for each in (mass, stiffness))
-        whole = {"mass": mass, "stiffness": stiffness}
+        whole = {name: np.atleast_2d(each) for name, each in values.items() if self.is_by_storey(name)}
+        count = max(map(len, whole.values()))
+        whole = {name: np.broadcast_to(each, (count, each.shape[1])) for name, each in whole.items()}
         squared, shape = undamped(self.mass_matrices(whole), self.stiffness_matrices(whole), is_clipped=False)
         free = squared[:, 0] <= LEAST_OF_STIFFNESS * squared[:, -1]
         if not free.any():

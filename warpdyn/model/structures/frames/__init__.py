@@ -1,0 +1,1 @@
+"""Plane frames: nodes, members and sections as tables; static and modal analysis, and reduced structures for runs."""

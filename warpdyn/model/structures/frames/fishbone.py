@@ -1,0 +1,212 @@
+"""Fish-bone frames: one column line and one half-beam per floor, from a frame with rigid floors."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from warpdyn.foundations.core.checks import check_kind
+from warpdyn.foundations.core.near_misses import suggests_names
+from warpdyn.model.structures.frames.frame import Frame
+
+RIGID_AREA = 1e3  # area of the column line over the sum of the columns, so that it is nearly axially rigid
+
+
+@dataclass
+class _Level:
+    """The members of a storey and of the floor above it, by index."""
+
+    columns: list[int] = field(default_factory=list)
+    leaning: list[int] = field(default_factory=list)
+    beams: list[int] = field(default_factory=list)
+
+
+@suggests_names
+def fishbone(frame: Frame) -> Frame:
+    """Return the fish-bone frame of a frame with rigid floors (generic frame; elastic).
+
+    All joints of a floor have one rotation, and columns do not shorten. The columns of a storey become one column with
+    the sum of their stiffnesses and of their end springs. The beams of a floor become one half-beam with a roller at
+    its end, whose rotational stiffness is the sum of the moments of all beam ends for a unit rotation of all joints: 12
+    E I / L for a beam without springs, offsets and shear deformation. All gravity loads act on a leaning column.
+
+    A frame with equal bays, axially rigid members and outer columns with half of the inner stiffness sways exactly as
+    its fish-bone; otherwise the fish-bone is stiffer, because it forces equal rotations.
+
+    Sources: Ogawa, Kamura and Inoue (1999); Nakashima, Ogawa and Inoue (2002), "Generic frame model for simulation of
+    earthquake responses of steel moment frames".
+
+    Args:
+        frame: A frame with diaphragms; its members are columns between adjacent floors, beams within a floor and
+            leaning columns (vertical trusses).
+
+    Returns:
+        The fish-bone: nodes "J0", "J1" (joints), "R1" (rollers) and "L0", "L1" (leaning column) and so on; members "C1"
+        (columns), "B1" (half-beams) and "L1"; the same diaphragms and horizontal masses.
+
+    Raises:
+        ValueError: If the frame has no rigid floors, an inclined member, a member that skips a floor, or columns with
+            different supports.
+        TypeError: If `frame` is not a Frame.
+
+    Example:
+        >>> bone = wd.fishbone(portal)
+        >>> bone
+        Frame(3 nodes, 2 members, 3 degrees of freedom)
+        >>> (bone.modal()["period"] / portal.modal()["period"]).values.round(3)
+        array([0.999])
+    """
+    check_kind("fishbone", "a Frame", frame, Frame, argument="frame")
+    levels, floors = _levels(frame)
+    heights = [0.0, *(frame.level_of(floor) - _base(frame) for floor in floors)]
+    width = _half_bay(frame)
+    nodes: dict[str, Any] = {"J0": (0.0, 0.0)}
+    members: dict[str, Any] = {}
+    sections: dict[str, Any] = {}
+    supports: dict[str, Any] = {"J0": _base_support(frame, levels[0])}
+    gravity = _gravity_of_floors(frame, floors)
+    has_leaning = any(gravity)
+    if has_leaning:
+        nodes["L0"], supports["L0"] = (2 * width, 0.0), "pinned"
+    modulus = float(frame.nominal.modulus.max())
+    sections["leaning"] = {"elastic_modulus": modulus, "area": float(frame.nominal.area.sum())}
+    diaphragms: dict[str, list[str]] = {}
+    for place, (level, floor) in enumerate(zip(levels, floors, strict=True), start=1):
+        names = (f"J{place}", f"R{place}", f"L{place}")
+        y = heights[place]
+        nodes |= {names[0]: (0.0, y), names[1]: (width, y)}
+        supports |= {names[0]: "roller", names[1]: "roller"}
+        sections[f"C{place}"], members[f"C{place}"] = _column_line(frame, level, modulus, place)
+        turning = _floor_stiffness(frame, level)
+        inertia = turning * width / (3 * modulus)
+        if turning <= 0:
+            raise ValueError(f"fishbone(): no beam of floor {floor!r} resists a rotation of its joints")
+        sections[f"B{place}"] = {"elastic_modulus": modulus, "area": 1.0, "second_moment": inertia}
+        members[f"B{place}"] = {"start": names[0], "end": names[1], "section": f"B{place}"}
+        diaphragms[floor] = list(names[:2])
+        if has_leaning:
+            nodes[names[2]] = {"x": 2 * width, "y": y, "gravity_load": gravity[place - 1]}
+            members[f"L{place}"] = {"start": f"L{place - 1}", "end": names[2], "section": "leaning", "kind": "truss"}
+            diaphragms[floor].append(names[2])
+    masses = _masses_of_floors(frame, floors)
+    return Frame(nodes, members, sections, supports=supports, diaphragms=diaphragms, masses=masses)
+
+
+def _base(frame: Frame) -> float:
+    return float(min(frame.nodes[name]["y"] for name in frame.supports))
+
+
+def _levels(frame: Frame) -> tuple[list[_Level], list[str]]:
+    """Return the members of each storey with the floor above, and the moving floors from the lowest to the highest."""
+    free = set(frame.numbering.free_names)
+    floors = [floor for floor in frame.floors if floor in free]
+    if not floors:
+        raise ValueError("fishbone(): the frame has no rigid floors: give diaphragms= with the nodes of each floor")
+    level_of = {node: place for place, floor in enumerate(floors, start=1) for node in frame.diaphragms[floor]}
+    found = [_Level() for _ in floors]
+    for index, (name, row) in enumerate(frame.members.items()):
+        ends = [row["start"], row["end"]]
+        for node in ends:
+            if node not in level_of and node not in frame.supports:
+                raise ValueError(
+                    f"fishbone(): node {node!r} of member {name!r} is neither on a rigid floor nor supported"
+                )
+        low, high = sorted(level_of.get(node, 0) for node in ends)
+        x = frame.coordinates[frame.ends[index], 0]
+        if low == high and low:
+            found[low - 1].beams.append(index)
+        elif high - low == 1 and abs(x[1] - x[0]) <= 1e-6 * frame.geometry.length[index]:
+            which = found[high - 1].leaning if row["kind"] == "truss" else found[high - 1].columns
+            which.append(index)
+        else:
+            raise ValueError(
+                f"fishbone(): member {name!r} is neither a beam within a floor nor a column between adjacent floors: a "
+                "fish-bone has no braces and no columns over several storeys"
+            )
+    for floor, level in zip(floors, found, strict=True):
+        if not level.columns:
+            raise ValueError(f"fishbone(): the storey below floor {floor!r} has no column")
+    return found, floors
+
+
+def _column_line(frame: Frame, level: _Level, modulus: float, place: int) -> tuple[dict[str, float], dict[str, Any]]:
+    """Return section and member of the column line: sums of EI, of shear stiffness and of end springs."""
+    taken = level.columns
+    nominal, geometry = frame.nominal, frame.geometry
+    bending = nominal.modulus[taken] * nominal.inertia[taken]
+    section = {
+        "elastic_modulus": modulus,
+        "area": RIGID_AREA * float(nominal.area[taken].sum()),
+        "second_moment": float(bending.sum()) / modulus,
+    }
+    if geometry.shear[taken].any():
+        flexible = geometry.shear[taken] > 0
+        if not flexible.all():
+            raise ValueError(f"fishbone(): only some columns of storey {place} have a shear stiffness: give it to all")
+        stiffness = float((nominal.modulus[taken] / geometry.shear[taken]).sum())
+        section |= {"shear_modulus": modulus, "shear_area": stiffness / modulus}
+    member: dict[str, Any] = {"start": f"J{place - 1}", "end": f"J{place}", "section": f"C{place}"}
+    for end in ("start", "end"):
+        member[f"spring_{end}"] = float(_springs_at(frame, taken, end).sum())
+    return section, member
+
+
+def _springs_at(frame: Frame, columns: list[int], end: str) -> np.ndarray:
+    """Return the springs at the lower ("start") or upper ("end") ends of columns [N m/rad], shape [column]."""
+    y = frame.coordinates[frame.ends[columns], 1]
+    lower = np.argmin(y, axis=1)
+    springs = frame.geometry.end_springs[columns]
+    found: np.ndarray = springs[np.arange(len(columns)), lower if end == "start" else 1 - lower]
+    return found
+
+
+def _floor_stiffness(frame: Frame, level: _Level) -> float:
+    """Return the sum of the moments of all beam ends for a unit rotation of all joints [N m/rad]."""
+    turned = np.zeros(6)
+    turned[[2, 5]] = 1.0
+    stiffness = frame.stiffness_of_members(frame.nominal)[level.beams]
+    return float(np.einsum("i,mij,j->", turned, stiffness, turned))
+
+
+def _half_bay(frame: Frame) -> float:
+    """Return half of the mean length of beams [m]."""
+    x = frame.coordinates[frame.ends, 0]
+    spans = np.abs(x[:, 1] - x[:, 0])
+    return float(spans[spans > 0].mean() / 2) if (spans > 0).any() else 1.0
+
+
+def _base_support(frame: Frame, level: _Level) -> dict[str, bool | float]:
+    """Return the support of the column line: that of all columns, or the sum of their rotational springs."""
+    lower = [frame.ends[i][np.argmin(frame.coordinates[frame.ends[i], 1])] for i in level.columns]
+    names = [list(frame.nodes)[node] for node in lower]
+    turns = [frame.supports[name].get("rz", 0.0) for name in names]
+    if all(turn is True for turn in turns):
+        return {"ux": True, "uy": True, "rz": True}
+    if any(turn is True for turn in turns):
+        fixed, other = (names[[turn is True for turn in turns].index(value)] for value in (True, False))
+        raise ValueError(
+            f"fishbone(): the rotation of base {fixed!r} is fixed, but that of {other!r} is not: columns of a fish-bone"
+            " have equal rotations. Give all bases the same support"
+        )
+    total = float(sum(float(turn) for turn in turns))
+    return {"ux": True, "uy": True} | ({"rz": total} if total else {})
+
+
+def _gravity_of_floors(frame: Frame, floors: list[str]) -> list[float]:
+    """Return the gravity loads of nodes and members at each floor [N]."""
+    found = {node: row["gravity_load"] for node, row in frame.nodes.items()}
+    for place, row in enumerate(frame.members.values()):
+        half = row["gravity_load"] * frame.geometry.length[place] / 2
+        found[row["start"]] += half
+        found[row["end"]] += half
+    return [float(sum(found[node] for node in frame.diaphragms[floor])) for floor in floors]
+
+
+def _masses_of_floors(frame: Frame, floors: list[str]) -> dict[str, float]:
+    """Return the horizontal masses of the floors [kg], with half of the columns above and below."""
+    diagonal = np.asarray(frame.mass().sum(axis=0)).ravel() if frame.member_mass == "lumped" else None
+    if diagonal is None:
+        raise ValueError("fishbone(): consistent masses cannot be transferred: give the frame member_mass='lumped'")
+    return {floor: float(diagonal[frame.numbering.names.index(floor)]) for floor in floors}

@@ -1,0 +1,1 @@
+"""Matrices of members, degrees of freedom, assembly and member forces of frames."""

@@ -1,0 +1,371 @@
+"""An elastic frame with few degrees of freedom, as a structure of scenes; section properties may be random."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from warpdyn.engine.laws import Parameter
+from warpdyn.foundations.core.checks import one_of, real_number, true_or_false, whole_number
+from warpdyn.foundations.core.frozen_values import FrozenMapping
+from warpdyn.foundations.core.near_misses import did_you_mean
+from warpdyn.model.structures.frames.choices import checked_outputs, kept_places
+from warpdyn.model.structures.frames.members.elements import Sections
+from warpdyn.model.structures.frames.members.forces import force_names, force_rows, unit_of
+from warpdyn.model.structures.frames.members.matrices import Bent
+from warpdyn.model.structures.frames.reduction import free_matrices, inner_masses, reduced, shapes_of
+from warpdyn.model.structures.lumped.spring import Spring
+from warpdyn.model.structures.lumped.structure import MOST_DOFS, LumpedStructure
+
+if TYPE_CHECKING:
+    from warpdyn.model.structures.frames.frame import Frame
+
+REDUCTIONS = ("static", "guyan", "craig_bampton")
+MEMBER_PARAMETERS = {  # name -> (units, name in words), in the order of `Sections`
+    "elastic_modulus": ("Pa", "elastic modulus of the member"),
+    "area": ("m2", "cross-sectional area of the member"),
+    "second_moment": ("m4", "second moment of area of the member"),
+}
+MOST_VALUES = 2**23  # of the matrices of the structures that are reduced at once
+
+
+class Gauge(Spring):
+    """A spring without stiffness, whose deformation is a storey drift or the displacement of a degree of freedom."""
+
+    def __init__(self, name: str, direction: Mapping[str, float], capacity: float | None = None) -> None:
+        super().__init__(name, direction, stiffness=1.0, deformation_capacity=capacity)
+        self.stiffness = 0.0
+
+    def description(self) -> dict[str, object]:
+        """Return the gauge as a dictionary, for the JSON of its scene."""
+        said: dict[str, object] = {"name": self.name, "direction": self.direction, "is_gauge": True}
+        return said if self.deformation_capacity is None else said | {"capacity": self.deformation_capacity}
+
+
+class ReducedFrame(LumpedStructure):
+    """An elastic frame with few degrees of freedom; `Frame.lumped` makes it and describes the arguments."""
+
+    def __init__(
+        self,
+        frame: Frame,
+        *,
+        dofs: Sequence[str] | None,
+        reduction: str,
+        modes: int,
+        p_delta: bool,
+        vertical: bool,
+        outputs: Sequence[str],
+        members: Sequence[str] | None,
+        drift_capacity: float | None,
+        damping: str,
+        damping_ratio: float | None,
+        damping_modes: tuple[int, int] | None,
+        damping_matrix: ArrayLike | None,
+    ) -> None:
+        one_of("reduction", reduction, REDUCTIONS)
+        self.frame, self.reduction = frame, reduction
+        self.p_delta = true_or_false("p_delta", p_delta)
+        self.vertical = true_or_false("vertical", vertical)
+        stiffness, geometric, mass = free_matrices(frame, has_p_delta=p_delta)
+        self.kept = kept_places(frame, dofs, mass, reduction)
+        self.interface_modes = self._modes(modes, mass)
+        shapes = shapes_of(stiffness, mass, self.kept, self.interface_modes)
+        names = [frame.numbering.free_names[place] for place in self.kept]
+        dof_names = [*names, *(f"interior mode {mode + 1}" for mode in range(self.interface_modes))]
+        if len(dof_names) > MOST_DOFS:
+            raise ValueError(
+                f"lumped(): {len(dof_names)} degrees of freedom, but at most {MOST_DOFS} are possible: give fewer "
+                "dofs= (such as those of diaphragms) and reduction='guyan' or 'craig_bampton'"
+            )
+        self.output_kinds = checked_outputs(outputs)
+        self.members_out = tuple(frame.members if members is None else members)
+        self.drift_capacity = drift_capacity
+        reduced_mass = reduced(mass, shapes)
+        self.nominal_mass = np.diag(reduced_mass).copy()
+        for place in np.flatnonzero(self.nominal_mass <= 0):
+            raise ValueError(f"dofs: degree of freedom {dof_names[place]!r} has no mass: remove it from dofs=")
+        self.motion = self._motions(dof_names)
+        named_outputs = self._named_outputs(dof_names, stiffness, shapes)
+        super().__init__(
+            dict(zip(dof_names, self.nominal_mass.tolist(), strict=True)),
+            self._gauges(names),
+            influence=[dict(zip(dof_names, row.tolist(), strict=True)) for row in self.motion.T],
+            mass_matrix=reduced_mass - np.diag(self.nominal_mass),
+            stiffness_matrix=reduced(stiffness, shapes),
+            geometric_stiffness=-reduced(geometric, shapes) if p_delta else None,
+            load_mass=None if reduction == "static" else self.load_masses({"mass": self.nominal_mass[None]})[0],
+            outputs=named_outputs,
+            output_units={name: unit_of(name) for name in named_outputs},
+            rotations=[name for name in names if name.endswith(" rz")],
+            damping=damping,
+            damping_ratio=damping_ratio,
+            damping_modes=damping_modes,
+            damping_matrix=damping_matrix,
+        )
+        sections = {name: np.array(each) for name, each in zip(MEMBER_PARAMETERS, self._nominal_sections, strict=True)}
+        self.parameters = FrozenMapping({**self.parameters, **sections})
+        table = {
+            name: Parameter(units, words, low=0.0, low_open=name != "second_moment")
+            for name, (units, words) in MEMBER_PARAMETERS.items()
+        }
+        self.parameter_table = FrozenMapping({**self.parameter_table, **table})
+
+    @property
+    def _nominal_sections(self) -> tuple[np.ndarray, ...]:
+        nominal = self.frame.nominal
+        return nominal.modulus, nominal.area, nominal.inertia
+
+    def _modes(self, given: int, mass: np.ndarray) -> int:
+        whole_number("modes", given, 0)
+        if self.reduction != "craig_bampton":
+            if given:
+                raise ValueError(f"modes={given} needs reduction='craig_bampton', got {self.reduction!r}")
+            return 0
+        most = inner_masses(mass, self.kept)
+        if not 1 <= given <= most:
+            raise ValueError(f"modes must be 1 to {most} for reduction='craig_bampton', got {given}")
+        return given
+
+    def _motions(self, names: Sequence[str]) -> np.ndarray:
+        """Return the displacements of the kept degrees of freedom under a unit base motion, shape [dof, component]."""
+        numbering, free = self.frame.numbering, self.frame.numbering.free
+        x, y = (np.zeros(len(names)) for _ in range(2))
+        x[: self.kept.size] = numbering.is_horizontal[free[self.kept]]
+        y[: self.kept.size] = numbering.is_vertical[free[self.kept]]
+        if self.vertical and (self.reduction != "static" or not y.any()):
+            raise ValueError(
+                "vertical=True needs vertical masses and reduction='static': give nodes masses in y, such as "
+                "masses={'B': 1e4}, or remove vertical=True"
+            )
+        return np.stack([x, y] if self.vertical else [x], axis=1)
+
+    def _gauges(self, names: Sequence[str]) -> list[Gauge]:
+        """Return the springs without stiffness: one per storey; without storeys, one at the highest kept node."""
+        capacity = None
+        if self.drift_capacity is not None:
+            capacity = real_number("drift_capacity", self.drift_capacity, above=0)
+        found = []
+        for storey, (upper, lower, height) in enumerate(self.frame.storey_drifts.values()):
+            if upper in names and (lower is None or lower in names):
+                direction = {upper: 1.0} | ({} if lower is None else {lower: -1.0})
+                limit = None if capacity is None else capacity * height
+                found.append(Gauge(f"storey {storey + 1}", direction, limit))
+        if found:
+            return found
+        if capacity is not None:
+            raise ValueError("drift_capacity needs storeys: give the frame diaphragms=, and keep them in dofs=")
+        return [Gauge("first", {names[0]: 1.0}, None)]
+
+    def _named_outputs(
+        self, names: Sequence[str], stiffness: np.ndarray, shapes: np.ndarray
+    ) -> dict[str, dict[str, float]]:
+        """Return the outputs, and note the places of those that are not 0 for any section properties."""
+        every, rows = self._rows(stiffness[None], shapes[None], self.frame.bent(self.frame.nominal))
+        random = np.random.default_rng(0)
+        other = Sections(*(each * random.uniform(0.8, 1.2, each.shape) for each in self._nominal_sections))
+        numbering, mass = self.frame.numbering, self.frame.mass()[self.frame.numbering.free]
+        changed = numbering.assembled_of_many(self.frame.stiffness_of_members(other), has_springs=True)
+        of_changed = shapes_of(changed, mass[:, numbering.free].toarray()[None], self.kept, self.interface_modes)
+        acts = rows[0].any(axis=1) | self._rows(changed, of_changed, self.frame.bent(other))[1][0].any(axis=1)
+        self.output_places = np.flatnonzero(acts)
+        found = {}
+        for place in self.output_places:
+            row = rows[0, place]
+            if not row.any():  # it is 0 only because the sections are equal
+                row[0] = np.finfo(float).tiny
+            found[every[place]] = dict(zip(names, row.tolist(), strict=True))
+        return found
+
+    def _rows(self, stiffness: np.ndarray, shapes: np.ndarray, bent: Bent) -> tuple[tuple[str, ...], np.ndarray]:
+        """Return the names of outputs and their coefficients, shape [structure, output, dof]."""
+        frame, count, dofs = self.frame, *shapes.shape[::2]
+        free_names = list(frame.numbering.free_names)
+        names: list[str] = []
+        rows: list[np.ndarray] = []
+        if "drift" in self.output_kinds:
+            for name, (upper, lower, height) in frame.storey_drifts.items():
+                row = shapes[:, free_names.index(upper)]
+                if lower is not None:
+                    row = row - shapes[:, free_names.index(lower)]
+                names.append(name)
+                rows.append(row[:, None] / height)
+        if "base_shear" in self.output_kinds:
+            moved = frame.numbering.is_horizontal[frame.numbering.free].astype(float)
+            names.append("base shear")
+            rows.append((moved @ stiffness)[:, None] @ shapes)
+        if "member_force" in self.output_kinds:
+            names += force_names(self.members_out)
+            rows.append(force_rows(frame, self.members_out, shapes, bent))
+        found = np.concatenate(rows, axis=1) if rows else np.zeros((count, 0, dofs))
+        return tuple(names), found
+
+    def dim_of(self, name: str) -> str:
+        """Return the dimension of a parameter's values: "dof", "spring" or "member"."""
+        return "member" if name in MEMBER_PARAMETERS else super().dim_of(name)
+
+    def names_along(self, dim: str) -> tuple[str, ...]:
+        """Return the names of the members, degrees of freedom or springs."""
+        return tuple(self.frame.members) if dim == "member" else super().names_along(dim)
+
+    def length_along(self, dim: str) -> int:
+        """Return the number of members, degrees of freedom, springs or outputs."""
+        return len(self.frame.members) if dim == "member" else super().length_along(dim)
+
+    def varied(self, name: str, only: tuple[str, ...] | tuple[int, ...] | None) -> np.ndarray | None:
+        """Return which values of a parameter a random scatter draws, shape [place]; None: all.
+
+        For members, `only` contains names of members or of sections.
+        """
+        if name not in MEMBER_PARAMETERS:
+            return super().varied(name, only)
+        members = self.frame.members.items()
+        found = np.array([only is None or member in only or row["section"] in only for member, row in members])
+        return None if found.all() else found
+
+    def only_problem(self, name: str, only: tuple[str, ...] | tuple[int, ...]) -> str | None:
+        """Return why scatter of a parameter cannot be restricted to these names; None if it can."""
+        if name not in MEMBER_PARAMETERS:
+            return super().only_problem(name, only)
+        known = [*self.frame.members, *self.frame.sections]
+        for each in only:
+            if each not in known:
+                return f"only= names {each!r}, which is neither a member nor a section{did_you_mean(each, known)}"
+        return None
+
+    def scatter_problem(self, name: str, *, is_common_factor: bool) -> str | None:
+        """Return why a parameter cannot be random: the stiffness of gauges, and single masses of a reduced frame."""
+        if name == "stiffness":
+            return "the springs of a frame only measure drifts: scatter elastic_modulus, area or second_moment instead"
+        if name == "mass" and self.reduction != "static" and not is_common_factor:
+            return (
+                f"masses of a frame with reduction={self.reduction!r} can only have one common factor: give "
+                "RandomFactor(..., per='building')"
+            )
+        return None
+
+    def numbered(self, recorders: tuple[str, ...]) -> dict[str, tuple]:
+        """Return the coordinates `dof`, `spring`, `member` and, if there are outputs, `output`: their names."""
+        names = np.array(list(self.frame.members))
+        return {**super().numbered(recorders), "member": ("member", names, {"long_name": "member"})}
+
+    def mass_matrices(self, values: Mapping[str, np.ndarray]) -> np.ndarray:
+        """Return the mass matrices [kg]: the nominal matrix, scaled by the masses of the degrees of freedom."""
+        factor = np.sqrt(values["mass"] / self.nominal_mass)
+        return self._parts(values)["mass"] * factor[:, :, None] * factor[:, None, :]
+
+    def load_masses(self, values: Mapping[str, np.ndarray]) -> np.ndarray:
+        """Return symmetric matrices whose product with the influence is the load of the whole frame [kg]."""
+        mass = self.mass_matrices(values)
+        if self.reduction == "static":
+            return mass
+        # L with L i = p: p is the load of all masses, also of eliminated degrees of freedom.
+        factor = np.sqrt(values["mass"] / self.nominal_mass)
+        load = self._parts(values)["load"] * factor**2
+        motion = self.motion[:, 0]
+        square = motion @ motion
+        outer = load[:, :, None] * motion
+        along = (load @ motion)[:, None, None] * np.outer(motion, motion)
+        found: np.ndarray = (outer + np.swapaxes(outer, 1, 2)) / square - along / square**2
+        return found
+
+    def elastic_matrices(self, values: Mapping[str, np.ndarray]) -> np.ndarray:
+        """Return the elastic stiffness without the geometric one [N/m], shape [structure or 1, dof, dof]."""
+        return self._parts(values)["stiffness"]
+
+    def geometric_matrices(self, values: Mapping[str, np.ndarray]) -> np.ndarray:
+        """Return the geometric stiffness that is subtracted [N/m], shape [structure or 1, dof, dof]."""
+        return self._parts(values)["geometric"]
+
+    def output_matrices(self, values: Mapping[str, np.ndarray]) -> np.ndarray:
+        """Return the coefficients of the outputs, shape [structure or 1, output, dof]."""
+        return self._parts(values)["output"]
+
+    @cached_property
+    def _last(self) -> dict[str, Any]:
+        """The section properties that were reduced last, and the result (a cache; not part of the value)."""
+        return {}
+
+    def _parts(self, values: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+        """Return the reduced matrices of structures with drawn section properties, first dimension structure or 1."""
+        given = [np.atleast_2d(values.get(name, nominal)) for name, nominal in self._sections_by_name.items()]
+        given = [each[:1] if len(each) > 1 and (each == each[:1]).all() else each for each in given]
+        # Several threads draw structures: what one of them reads is one object.
+        last = self._last.get("entry")
+        if last is not None and all(np.array_equal(*pair) for pair in zip(last[0], given, strict=True)):
+            return dict(last[1])
+        count = max(map(len, given))
+        sections = [np.broadcast_to(each, (count, each.shape[1])) for each in given]
+        size = self.frame.numbering.free.size
+        step = max(1, MOST_VALUES // (size * size))
+        parts = [
+            self._reduced(Sections(*(each[first : first + step] for each in sections)))
+            for first in range(0, count, step)
+        ]
+        found = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
+        self._last["entry"] = [each.copy() for each in given], found
+        return dict(found)
+
+    @property
+    def _sections_by_name(self) -> dict[str, np.ndarray]:
+        return dict(zip(MEMBER_PARAMETERS, self._nominal_sections, strict=True))
+
+    def _reduced(self, sections: Sections) -> dict[str, np.ndarray]:
+        """Return the reduced matrices of some structures."""
+        frame, numbering = self.frame, self.frame.numbering
+        free = numbering.free
+        bent = frame.bent(sections)
+        stiffness = numbering.assembled_of_many(frame.stiffness_of_members(sections, bent), has_springs=True)
+        mass = numbering.assembled_of_many(frame.mass_of_members(sections)) + np.diag(frame.lumped_masses[free])
+        shapes = shapes_of(stiffness, mass, self.kept, self.interface_modes)
+        moved = numbering.is_horizontal[free].astype(float)
+        found = {
+            "stiffness": reduced(stiffness, shapes),
+            "mass": reduced(mass, shapes),
+            "load": np.swapaxes(shapes, 1, 2) @ (mass @ moved)[..., None],
+            "output": self._rows(stiffness, shapes, bent)[1][:, self.output_places],
+        }
+        found["load"] = found["load"][..., 0]
+        # Fixed-interface modes are decoupled from each other and from the kept displacements.
+        kept, modes = self.kept.size, self.interface_modes
+        if modes:
+            found["stiffness"][:, :kept, kept:] = found["stiffness"][:, kept:, :kept] = 0.0
+            found["stiffness"][:, kept:, kept:] *= np.eye(modes)
+            found["mass"][:, kept:, kept:] = np.eye(modes)
+        geometric = np.zeros_like(found["stiffness"])
+        if self.p_delta:
+            axial = frame.gravity
+            geometric = -reduced(numbering.assembled_of_many(frame.geometric_of_members(axial, sections)), shapes)
+        found["geometric"] = geometric
+        return found
+
+    def chosen(self) -> dict[str, Any]:
+        """Return the frame and the choices of its reduction, for the structure's JSON."""
+        kept = [self.frame.numbering.free_names[place] for place in self.kept]
+        found: dict[str, Any] = {
+            "frame": self.frame.description(),
+            "dofs": kept,
+            "reduction": self.reduction,
+            "modes": self.interface_modes,
+            "p_delta": self.p_delta,
+            "vertical": self.vertical,
+            "outputs": list(self.output_kinds),
+            "members": list(self.members_out),
+            "damping": self.damping,
+        }
+        found |= {} if self.drift_capacity is None else {"drift_capacity": float(self.drift_capacity)}
+        given = "damping_matrix" in self.matrices
+        found |= {"damping_matrix": self.matrices["damping_matrix"].tolist()} if given else {}
+        return found | ({"damping_modes": list(self.damping_modes)} if self.damping_modes else {})
+
+    def description(self) -> dict[str, Any]:
+        """Return the structure as a dictionary, for its JSON."""
+        ratio = {name: each for name, each in self.parameters.items() if name == "damping_ratio"}
+        return {"type": "ReducedFrame", **self.chosen(), **ratio}
+
+    def __repr__(self) -> str:
+        dofs = f"{self.dofs} degree{'s' if self.dofs > 1 else ''} of freedom of {self.frame.numbering.free.size}"
+        return f"ReducedFrame({dofs}, T = {self.fundamental_period:.4g} s, damping={self.damping!r})"

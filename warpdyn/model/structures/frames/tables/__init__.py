@@ -1,0 +1,1 @@
+"""Tables of frames from dictionaries, pandas and CSV files, and their checks."""
