@@ -86,7 +86,7 @@ def test_unknown_names_are_refused(name, scatter, message):
 
 
 def test_only_needs_names():
-    with pytest.raises(TypeError, match="only must be storeys, .* or names of springs"):
+    with pytest.raises(TypeError, match=r"only must be storeys, .* or names of springs"):
         wd.RandomFactor(FACTOR, only={"soil": True})
     with pytest.raises(ValueError, match="only= contains the number 3, but springs and degrees of freedom have names"):
         wd.Scene(on_soil(), MOTION, {"stiffness": wd.RandomFactor(FACTOR, only=3)})
