@@ -89,6 +89,7 @@ from .model.ground_motions.forces import (
     ForceHistory as ForceHistory,
     FreeVibration as FreeVibration,
     HarmonicForce as HarmonicForce,
+    unbalance_force as unbalance_force,
 )
 from .model.ground_motions.measures.one_component import (
     AriasIntensity as AriasIntensity,
@@ -130,6 +131,7 @@ from .model.structures.builders.on_soil import (
     foundation_springs as foundation_springs,
     structure_on_soil as structure_on_soil,
 )
+from .model.structures.builders.rotor import UnbalancedRotor as UnbalancedRotor
 from .model.structures.builders.tank import HousnerTank as HousnerTank
 from .model.structures.builders.torsional_building import (
     PlanFrame as PlanFrame,

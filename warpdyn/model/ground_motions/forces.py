@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from warpdyn.foundations.core.checks import finite_numbers, real_number
 from warpdyn.foundations.core.messages import amount_of
-from warpdyn.foundations.core.near_misses import with_suggestions
+from warpdyn.foundations.core.near_misses import suggests_names, with_suggestions
 from warpdyn.model.ground_motions.excitation import (
     THE_DURATION,
     SingleLoad,
@@ -56,6 +56,9 @@ class _FromInitialState:
     def start(self) -> tuple[ArrayLike, ArrayLike]:
         """Initial displacement [m] and velocity [m/s], each with one value for all or one per degree of freedom."""
         return self.initial_displacement, self.initial_velocity
+
+
+MOST_FORCES = 2**24  # largest number of samples of a force that `unbalance_force` returns
 
 
 @with_suggestions
@@ -262,3 +265,39 @@ def _check_width(name: str, values: ArrayLike, structure: Structure, *, serves_a
             f"{name} has {amount_of(size, 'value')}, but the structure has {freedom_of(structure)}: give one value per "
             "degree of freedom"
         )
+
+
+@suggests_names
+def unbalance_force(
+    unbalance: float, *, acceleration: float, duration: float, step: float, speed: float = 0.0
+) -> ForceHistory:
+    """Return the force of an unbalanced rotor in two directions, with a constant angular acceleration.
+
+    With the angle p, m e (p'^2 cos(p) + p'' sin(p)) in x and m e (p'^2 sin(p) - p'' cos(p)) in y: proportional to the
+    square of the speed. The force is linear between samples, so that it is too small by about 3.3 / n^2 with n samples
+    per turn.
+
+    Args:
+        unbalance: Mass times eccentricity m e [kg m], such as that of `wd.UnbalancedRotor`.
+        acceleration: Angular acceleration p'' [rad/s2]; 0: constant speed; negative: run-down.
+        duration: Duration [s].
+        step: Sampling step of the force [s].
+        speed: Speed at the start [rad/s].
+
+    Raises:
+        ValueError: If a value is not finite or is out of its range.
+
+    Example:
+        >>> wd.unbalance_force(0.01, acceleration=200.0, duration=1.5, step=2e-4)
+        ForceHistory(7501 values every 0.0002 s, 2 degrees of freedom)
+    """
+    own = real_number("unbalance [kg m]", unbalance, above=0)
+    rate, first = real_number("acceleration [rad/s2]", acceleration), real_number("speed [rad/s]", speed)
+    dt, whole = real_number("step [s]", step, above=0), real_number("duration [s]", duration, above=0)
+    if not 0.5 < whole / dt <= MOST_FORCES:
+        raise ValueError(f"duration over step is {whole / dt:,.0f}; it must be from 1 to {MOST_FORCES:,}: change step=")
+    time = dt * np.arange(round(whole / dt) + 1)
+    turning, angle = first + rate * time, first * time + 0.5 * rate * time**2
+    cosine, sine = np.cos(angle), np.sin(angle)
+    force = np.stack([turning**2 * cosine + rate * sine, turning**2 * sine - rate * cosine], axis=1)
+    return ForceHistory(own * force, dt)

@@ -13,6 +13,7 @@ from warpdyn.engine.kernels.lumped.pattern import OF_ENERGIES, PAIR, Pattern, Ta
 from warpdyn.engine.kernels.output_table import HISTORY, OF_SPRINGS
 from warpdyn.engine.laws.biaxial.functions import biaxial_functions
 from warpdyn.engine.laws.building_law import BuildingLaw
+from warpdyn.engine.laws.contacts.contact import Contact
 from warpdyn.engine.laws.elastic.parameters import Elastic
 from warpdyn.engine.laws.springs import StoreyRules, Variant
 from warpdyn.engine.methods.stability_limits import stable_step_of_eigenvalues, stable_step_of_yielding
@@ -153,10 +154,12 @@ class LumpedDynamics(Dynamics):
             law, of_springs = structure.storey_law, of_springs_only(parameters)
             tangent = structure.stiffness_matrices(parameters, law.stiffest(of_springs))
             highest = np.sqrt(undamped(mass, tangent)[0][:, -1])
-            # The mass that a spring moves if its ends are free, such as m1 m2 / (m1 + m2) between two masses.
-            rows = structure.directions
-            moved = 1 / np.einsum("ki,sij,kj->sk", rows, np.linalg.inv(mass), rows, optimize=True)
-            steepest = law.steepest_damping({**of_springs, "mass": moved})
+            if any(issubclass(each, Contact) for each in law.laws):
+                # The mass that a spring moves if its ends are free, such as m1 m2 / (m1 + m2) between two masses.
+                rows = structure.directions
+                moved = 1 / np.einsum("ki,sij,kj->sk", rows, np.linalg.inv(mass), rows, optimize=True)
+                of_springs = {**of_springs, "mass": moved}
+            steepest = law.steepest_damping(of_springs)
             if steepest.any():
                 rate = highest_damping_rate(mass, damping + structure.of_springs(steepest))
             rate = np.maximum(rate, law.relaxation_rate(of_springs).max(axis=-1))
