@@ -11,6 +11,7 @@ from warpdyn.campaigns.integration.dynamics import Arrays, Dynamics, Modes, slow
 from warpdyn.campaigns.integration.lumped.rounding import LARGEST_ERROR, error_of_float32
 from warpdyn.engine.kernels.lumped.pattern import OF_ENERGIES, PAIR, Pattern, Table, table_of, values_in
 from warpdyn.engine.kernels.output_table import HISTORY, OF_SPRINGS
+from warpdyn.engine.laws.biaxial.functions import biaxial_functions
 from warpdyn.engine.laws.building_law import BuildingLaw
 from warpdyn.engine.laws.elastic.parameters import Elastic
 from warpdyn.engine.laws.springs import StoreyRules, Variant
@@ -44,7 +45,9 @@ class LumpedDynamics(Dynamics):
         if self.pairs is not None:
             of_pairs = self._of(self.pairs, values)
             self.biaxial_law, self.biaxial_variants = self.pairs.rules(of_pairs), self.pairs.variants(of_pairs)
-        self.forces = replace(structure.storey_law.forces(), is_chain=False, is_lumped=True)
+        couples_rates = self.biaxial_law is not None and biaxial_functions(self.biaxial_law).rate is not None
+        of_storeys = structure.storey_law.forces()
+        self.forces = replace(of_storeys, is_chain=False, is_lumped=True, couples_rates=couples_rates)
         self.counts_reversals = structure.storey_law.counts_reversals(values)
         self.is_sensitive = structure.storey_law.is_sensitive(values)
         self.has_drift_capacity = "deformation_capacity" in structure.parameters

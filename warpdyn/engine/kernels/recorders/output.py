@@ -26,20 +26,29 @@ def names(plan):
 
     from warpdyn.engine.kernels.lumped.assembly import first_places
     from warpdyn.engine.kernels.lumped.pattern import products
-    from warpdyn.engine.kernels.plan import DTYPES
+    from warpdyn.engine.kernels.plan import DTYPES, state_of_stage
 
-    pattern, count = plan.pattern, plan.length("output")
-    text = products(
-        pattern.output,
-        "terms",
-        lambda dof: f"u[{dof}, j]",
-        lambda place: f"present_output[{place}, j]",
-        first=first_places(pattern)["output"],
-    )
+    pattern, count, displacement = plan.pattern, plan.length("output"), state_of_stage(plan)[0]
     rows = max(1, len(pattern.output.rows))
+    if plan.storeys is None:
+        text = products(
+            pattern.output,
+            "terms",
+            lambda dof: f"{displacement}[{dof}, j]",
+            lambda place: f"present_output[{place}, j]",
+            first=first_places(pattern)["output"],
+        )
+        own = {"PRESENT_OUTPUTS": text or "pass", "number_of_output": "m"}
+    else:  # the outputs of the storeys of this thread
+        from warpdyn.engine.device.warp_exchange import numbers
+
+        count //= plan.sections
+        rows = max(1, count)
+        listed = numbers([each for row in plan.storeys.outputs for each in row])
+        own = {"output_number": listed, "number_of_output": "output_number(section * OUTPUTS + m)"}
     return {
         "OUTPUTS": count,
-        "PRESENT_OUTPUTS": text or "pass",
+        **own,
         "RESULTANTS": resultants(pattern) or "pass",
         "output_rows": wp.types.matrix(shape=(rows, plan.lanes), dtype=DTYPES[plan.dtype]),
     }
@@ -62,9 +71,17 @@ def declare():
     peak_output = output_rows()
 
 
-def see_state():
-    PRESENT_OUTPUTS
-    RESULTANTS
+def begin_step():  # later, the state of the stage is that of the next one
+    if BY_STOREY:
+        slot("find_lower_floor")
+        for floor in range(FLOORS):
+            for j in range(LANES):
+                slot("compare_floors")
+                STOREY_OUTPUTS
+                slot("leave_floor")
+    else:
+        PRESENT_OUTPUTS
+        RESULTANTS
     for j in range(LANES):
         for m in range(OUTPUTS):
             size = wp.abs(present_output[m, j])
@@ -78,6 +95,6 @@ def restart_recorders():
         peak_output[m, j] = dtype(0.0)
 
 
-def write():
+def finish_rows():
     for m in range(OUTPUTS):
-        output.peak_output[m, o] = peak_output[m, j]
+        output.peak_output[number_of_output, o] = peak_output[m, j]
