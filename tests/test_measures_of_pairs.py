@@ -74,6 +74,28 @@ def test_the_larger_component_is_that_of_lists_of_motions_too():
         wd.LargerComponent(larger)
 
 
+def test_pairs_are_made_from_records_with_zeros_after_the_shorter_component():
+    rows, step = components(5), {"step": STEP, "record": "r"}
+    first = wd.GroundMotion(rows[0], name="a", component="N", **step)
+    second = wd.GroundMotion(rows[1][:450], name="b", component="E", **step)
+    up = wd.GroundMotion(rows[1], name="c", component="UP", **step)
+    others = [
+        wd.GroundMotion(row, STEP, axis, record="s", component=axis) for row, axis in zip(rows, "EN", strict=True)
+    ]
+    found = wd.PairOfMotions.from_records([first, up, *others, second])
+    assert [each.name for each in found] == ["r", "s"]
+    np.testing.assert_array_equal(found[0].x.acceleration, rows[0])
+    np.testing.assert_array_equal(found[0].y.acceleration, [*rows[1][:450], *np.zeros(50)])
+    assert [each.component for each in found[1].components] == ["E", "N"]
+    with pytest.raises(ValueError, match="must have 2 horizontal components, has 1"):
+        wd.PairOfMotions.from_records([first])
+    with pytest.raises(ValueError, match=r"numbers must be equal: call PairOfMotions\.from_records\(motions\)"):
+        wd.PairOfMotions(first, second)
+    other_step = wd.GroundMotion(rows[1], 0.02, "b", record="r", component="E")
+    with pytest.raises(ValueError, match="x has a step of"):
+        wd.PairOfMotions.from_records([first, other_step])
+
+
 @pytest.mark.parametrize("name", ["larger component of PGA", "Larger component Sa(0.5 s, 5 %)"])
 def test_the_larger_component_has_a_name(name):
     found = measure_named(name)
