@@ -70,7 +70,7 @@ EXCHANGES = {
 }
 
 
-def numbers(values: Sequence[int]) -> Any:
+def number_at(values: Sequence[int]) -> Any:
     """Return a device function from an index to one of these integers."""
     return _function_of(tuple(map(int, values)))
 

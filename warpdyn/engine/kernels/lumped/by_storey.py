@@ -23,7 +23,7 @@ def wanted(plan):
 def names(plan):
     import warp as wp
 
-    from warpdyn.engine.device.warp_exchange import EXCHANGES, numbers
+    from warpdyn.engine.device.warp_exchange import EXCHANGES, number_at
     from warpdyn.engine.kernels.plan import DTYPES, state_of_stage
 
     dtype, storeys, threads = DTYPES[plan.dtype], plan.storeys, plan.sections
@@ -52,9 +52,9 @@ def names(plan):
         "from_thread": neighbour if WARP % threads else neighbour_or_zero,
         "over_sections": together,
         "largest_of_sections": largest,
-        "dof_number": numbers([dof for row in storeys.dofs for dof in row]),
-        "spring_number": numbers([spring for row in storeys.springs for spring in row]),
-        "code_of_value": numbers([*storeys.common, *(row[at] for at in range(storeys.count) for row in storeys.own)]),
+        "dof_number": number_at([dof for row in storeys.dofs for dof in row]),
+        "spring_number": number_at([spring for row in storeys.springs for spring in row]),
+        "code_of_value": number_at([*storeys.common, *(row[at] for at in range(storeys.count) for row in storeys.own)]),
         "term_rows": wp.types.matrix(
             shape=(max(1, common + of_thread * own + (of_thread * springs if dashpots else 0)), plan.lanes), dtype=dtype
         ),

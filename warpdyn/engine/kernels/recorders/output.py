@@ -39,10 +39,10 @@ def names(plan):
         )
         own = {"PRESENT_OUTPUTS": text or "pass", "number_of_output": "m"}
     else:  # the outputs of the storeys of this thread
-        from warpdyn.engine.device.warp_exchange import numbers
+        from warpdyn.engine.device.warp_exchange import number_at
 
         count //= plan.sections
-        listed = numbers([each for row in plan.storeys.outputs for each in row])
+        listed = number_at([each for row in plan.storeys.outputs for each in row])
         own = {"output_number": listed, "number_of_output": "output_number(section * OUTPUTS + m)"}
     rows = max(1, len(pattern.output.rows) // plan.sections)
     return {
