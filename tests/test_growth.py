@@ -59,7 +59,7 @@ REAL_AXIS = [2, 2, 2.5127453266183, 2.7852935634053, 3.3065678926349]
 
 
 def test_every_method_is_in_one_of_the_lists():
-    assert sorted([*RUNGE_KUTTA, *CONDITIONAL, *UNLIMITED, "stoermer"]) == sorted([*METHODS, "euler"])
+    assert sorted([*RUNGE_KUTTA, *CONDITIONAL, *UNLIMITED, "stoermer", "leapfrog"]) == sorted([*METHODS, "euler"])
 
 
 @pytest.mark.parametrize("zeta", LIMITS)
@@ -86,6 +86,8 @@ def test_limits_in_closed_form(zeta, measured):
         ImplicitMethod("fox_goodwin", 2, beta=1 / 12): np.sqrt(6),
         METHODS["central_difference_lagged"]: 2 / (np.sqrt(1 + zeta**2) + zeta),
         METHODS["velocity_verlet"]: verlet,
+        # An eigenvalue is -1 where x^2 + 4 V - 4 = 0.
+        METHODS["leapfrog"]: 2 / (np.sqrt(1 + 4 * zeta**2) + 2 * zeta),
     }
     # Newmark's methods with gamma above 1/2 (Hughes, The Finite Element Method, 9.1).
     for beta, gamma in ((0.2, 0.6), (0.0, 0.75), (1 / 6, 0.52)):

@@ -115,7 +115,7 @@ def test_a_sound_tableau_is_accepted(tableau):
 
 def test_rows_are_named_and_of_known_kinds():
     assert all(method.name == name for name, method in METHODS.items())
-    kinds = {"explicit": [*EXPLICIT, "stoermer"], "implicit": IMPLICIT, "exact": ["exact"]}
+    kinds = {"explicit": [*EXPLICIT, "stoermer", "leapfrog"], "implicit": IMPLICIT, "exact": ["exact"]}
     assert {name: method.kind for name, method in METHODS.items()} == {n: kind for kind in kinds for n in kinds[kind]}
     assert [name for name, method in METHODS.items() if method.is_adaptive] == ["dormand_prince54"]
     assert METHODS["exact"] == ExactMethod("exact")

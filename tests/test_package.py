@@ -14,6 +14,7 @@ import pytest
 import xarray as xr
 import yaml
 from packaging.requirements import Requirement
+from packaging.version import Version
 
 import warpdyn as wd
 from warpdyn.interfaces.command_line import self_test as test_of_devices
@@ -41,7 +42,7 @@ def test_the_changelog_begins_with_this_version_or_with_the_next():
     """After a release, the first section may be the next version's: it is unreleased, and the release follows it."""
     sections = re.findall(r"^## \[(.+)\] - (.+)$", (ROOT / "CHANGELOG.md").read_text(), flags=re.MULTILINE)
     if sections[0][1] == "unreleased":
-        assert tuple(map(int, sections[0][0].split("."))) > tuple(map(int, wd.__version__.split(".")))
+        assert Version(sections[0][0]) > Version(wd.__version__)
         del sections[0]
     assert sections[0] == (wd.__version__, str(CITATION["date-released"]))
 

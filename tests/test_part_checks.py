@@ -35,6 +35,18 @@ LUMPED = Plan(
     pattern=Pattern(*[table_of(np.array([[[2.0, 1.0], [-1.0, 3.0]]]))] * 7, has_dashpots=True),
 )
 MOTION = wd.GroundMotion(np.sin(np.arange(9.0)), 0.01, "sine")
+TWISTING = wd.Scene(
+    wd.TorsionalBuilding(
+        [1e5, 1e5],
+        [[-10.0, 10.0], [-6.0, 6.0]],
+        [
+            wd.PlanFrame(name, place, axis, 5e7, law="bouc_wen", yield_force=5e5, hardening_ratio=0.05)
+            for name, place, axis in (("A", (0, 5), "x"), ("B", (0, -5), "x"), ("C", (-9, 0), "y"), ("D", (9, 0), "y"))
+        ],
+    ),
+    wd.PairOfMotions(MOTION, MOTION),
+    recorders=("acceleration", "displacement", "output", "residual", "spring"),
+)
 MIXED = wd.Scene(
     wd.LumpedStructure(
         {"x": 1e5, "y": 1e5},
@@ -321,6 +333,9 @@ def plans():
         yield build.history_plan(replace(LUMPED, pattern=replace(LUMPED.pattern, components=2)))
     # A contact that depends on the rate, and a spring with two components.
     yield plan_of(MIXED, dynamics_of(MIXED), "rk4", "float32", is_gpu=False)
+    # Equal storeys, of which threads of a GPU share a sample, and one evaluation of the forces per step.
+    for method in ("rk4", "stoermer"):
+        yield plan_of(TWISTING, dynamics_of(TWISTING), method, "float32", is_gpu=False)
     # Collapses in groups of steps.
     yield replace(PLAIN, method="stoermer", recorders=("drift",), undivided=True)
 

@@ -176,7 +176,8 @@ def test_texts_are_short_and_notebooks_have_tables():
             assert table.count("<tr>") == table.count("</tr>") > 1
     assert repr(SCENES["stripes"]).endswith("Stripes(4 motions, Sa(0.5 s, 5 %) at 3 levels))")
     rows = PLAIN._repr_html_()
-    assert '<th style="text-align:left">floor mass</th>' in rows
+    assert '<th scope="row" style="text-align:left">floor mass</th>' in rows
+    assert '<th scope="col" style="text-align:left"></th>' not in rows
     assert ">200000 (all 2)</td>" in rows
     assert ">2.4e+08, 2e+08</td>" in rows
     motion = MOTIONS[1]._repr_html_()

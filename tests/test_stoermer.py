@@ -155,7 +155,7 @@ def test_an_event_starts_where_the_last_one_ended():
 
 def test_what_does_not_fit_is_refused():
     system = wd.LinearSystem(np.eye(2), np.eye(2), 100 * np.eye(2))
-    with pytest.raises(ValueError, match="needs a ShearBuilding, whose drifts it integrates"):
+    with pytest.raises(ValueError, match="needs a ShearBuilding or a LumpedStructure"):
         run(wd.Scene(system, pulse()))
     relaxing = frame(devices=[wd.laws.MaxwellDamper(brace_stiffness=1e7, damper_coefficient=1e5)])
     with pytest.raises(ValueError, match="cannot integrate a force that relaxes with time"):

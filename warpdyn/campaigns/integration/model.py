@@ -241,7 +241,8 @@ class Model:
         place = device, self.plan.dtype, finer
         if place not in self._loads:
             if finer > 1:
-                self._loads[place] = interpolated(self.loads_on(device), self.plan.dtype, finer)
+                components = 1 if self.plan.pattern is None else self.plan.pattern.components
+                self._loads[place] = interpolated(self.loads_on(device), self.plan.dtype, finer, components)
             else:
                 packed: Arrays = self.scene.excitation.pack(self.timeline, self.plan.dofs)
                 self._loads[place] = arguments.brought("Load", packed, self.plan.dtype, device)

@@ -105,23 +105,24 @@ def element_float64(values: wp.array(dtype=wp.float64), index: wp.int32) -> wp.f
 ELEMENT = {"float32": element_float32, "float64": element_float64}
 
 
-def _on_gpu(cuda: str) -> str:
+def on_gpu(cuda: str) -> str:
+    """Return the C++ source of a function that runs these statements on a GPU and returns `value` on a CPU."""
     return f"#if defined(__CUDA_ARCH__)\n{cuda}\n#else\nreturn value;\n#endif\n"
 
 
 # Values of the other threads that share a sample: of the section below, of the section above (0 if there is no such
 # section), the maximum and the sum. All threads of a warp must call these functions.
-_BELOW = _on_gpu("""
+_BELOW = on_gpu("""
 value = __shfl_up_sync(0xffffffff, value, 1, threads);
 return section == 0 ? 0 : value;""")
-_ABOVE = _on_gpu("""
+_ABOVE = on_gpu("""
 value = __shfl_down_sync(0xffffffff, value, 1, threads);
 return section == threads - 1 ? 0 : value;""")
-_ACROSS = _on_gpu("""
+_ACROSS = on_gpu("""
 for (int distance = 1; distance < threads; distance *= 2)
     value = fmax(value, __shfl_xor_sync(0xffffffff, value, distance));
 return value;""")
-_TOGETHER = _on_gpu("""
+_TOGETHER = on_gpu("""
 for (int distance = 1; distance < threads; distance *= 2)
     value += __shfl_xor_sync(0xffffffff, value, distance);
 return value;""")
@@ -160,7 +161,7 @@ def together_float64(value: wp.float64, threads: wp.int32) -> wp.float64: ...
 
 
 @wp.func_native(
-    _on_gpu("""
+    on_gpu("""
 for (int distance = 1; distance < 32; distance *= 2)
     value = max(value, __shfl_xor_sync(0xffffffff, value, distance));
 return value;""")

@@ -14,6 +14,7 @@ from warpdyn.engine.device.processor import has_wide_registers
 from warpdyn.engine.kernels.composing.user_recorders import Recorder, users_of
 from warpdyn.engine.kernels.composition import Composed, compose, kernel_of
 from warpdyn.engine.kernels.kernel_cache import THREADS_OF_A_BLOCK, loaded
+from warpdyn.engine.kernels.lumped.division import divided_storeys, sections_of_storeys
 from warpdyn.engine.kernels.parts import straight_branches
 from warpdyn.engine.kernels.plan import Plan, keeps_drifts, keeps_slopes, options, values_held
 from warpdyn.engine.kernels.skeletons.dense import integrate_dense
@@ -123,6 +124,13 @@ def fitted(plan: Plan, is_gpu: bool) -> Plan:
 def _fitted_lumped(plan: Plan, is_gpu: bool) -> Plan:
     """Return the plan of a lumped structure with the number of lanes and the unrolling for a CPU or a GPU."""
     largest = max(plan.dofs, plan.pattern.springs if plan.pattern else 0)
+    plan = replace(plan, sections=1, by_storey=False)
+    if is_gpu:
+        sections = sections_of_storeys(plan)
+        if sections > 1:
+            return replace(plan, lanes=GPU_LANES, max_unroll=GPU_UNROLL, sections=sections, by_storey=True)
+    elif divided_storeys(plan) is not None:
+        plan = replace(plan, by_storey=True)
     if is_gpu:
         return replace(plan, lanes=GPU_LANES, max_unroll=GPU_UNROLL if largest <= UNROLLED_SPRINGS else 1)
     is_small = largest <= LONG_CHAIN
@@ -140,6 +148,7 @@ def undivided(plan: Plan) -> Plan:
     """
     is_alone = (plan.lanes, plan.max_unroll) == (GPU_LANES, GPU_UNROLL)
     gains = SKELETONS[plan.family, plan.kind] is integrate_chain and not METHODS[plan.method].is_adaptive
+    gains = gains or plan.storeys is not None
     return replace(plan, undivided=True) if is_alone and gains and plan.load == "base_acceleration" else plan
 
 
@@ -206,4 +215,4 @@ def history_plan(plan: Plan) -> Plan:
     # only a few samples have histories: without unrolling, they take up to 1.5 times as long (some milliseconds more),
     # and the kernel compiles up to 2 s faster.
     unroll = GPU_UNROLL if plan.max_unroll == GPU_UNROLL and plan.sections == 1 else 1
-    return replace(plan, recorders=("history",), lanes=1, sections=1, max_unroll=unroll)
+    return replace(plan, recorders=("history",), lanes=1, sections=1, max_unroll=unroll, by_storey=False)

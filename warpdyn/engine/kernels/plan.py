@@ -14,6 +14,7 @@ import warp as wp
 from warpdyn.engine.device.processor import FEWEST_LANES, module_options
 from warpdyn.engine.kernels.composing.user_recorders import Recorder, users_of_variables
 from warpdyn.engine.kernels.lumped.pattern import Pattern
+from warpdyn.engine.kernels.lumped.storeys import Storeys, storeys_of
 from warpdyn.engine.kernels.registry import fields, parts_in
 from warpdyn.engine.laws.rate_law import POWERS
 from warpdyn.engine.laws.springs import StoreyRules, is_mixed, spring_row
@@ -21,6 +22,7 @@ from warpdyn.engine.methods.kinds import ExplicitMethod, MultistepMethod, produc
 from warpdyn.engine.methods.stability_limits import relaxation_limit
 from warpdyn.engine.methods.table import METHODS
 
+WARP = 32  # threads of a GPU that run together and can exchange values
 LARGEST_LIMIT = 1e30  # used if there is no limit, because constants of kernels must be finite
 DTYPES = {"float32": wp.float32, "float64": wp.float64}
 
@@ -42,7 +44,8 @@ class Plan:
         dtype: Key of DTYPES.
         lanes: Samples per thread.
         max_unroll: Largest number of iterations of a loop that Warp unrolls.
-        sections: Threads that share a sample's storeys (tall chains on a GPU), a power of 2.
+        sections: Threads that share a sample's storeys on a GPU, a power of 2 (tall chains) or a divisor of the number
+            of storeys (lumped structures of equal storeys).
         viscous_dampers: Viscous dampers of a chain: "none", "linear" (computed as storey damping) or "power" (the force
             is a power of the velocity).
         physics: Further parts of the kernel, such as "p_delta" (chain, not with the exact method).
@@ -50,6 +53,7 @@ class Plan:
         has_drift_capacity: Whether storeys have individual drift capacities in addition to the building's limit of the
             drift ratio.
         resumes: Whether each structure starts from its final state in the last event.
+        by_storey: Whether the kernel of a lumped structure walks over equal storeys (see lumped/by_storey.py).
         undivided: Whether the motions contain one value for each integration step (see `Model.launched`).
         starts_displaced: Whether yielding storeys start at an initial drift, to which they are pushed slowly from rest.
         records_late: Whether peaks are recorded only after a later time than the start of the run (`record_from`).
@@ -72,6 +76,7 @@ class Plan:
     collapses: bool = False
     has_drift_capacity: bool = False
     resumes: bool = False
+    by_storey: bool = False
     undivided: bool = False
     starts_displaced: bool = False
     records_late: bool = False
@@ -90,13 +95,24 @@ class Plan:
     @property
     def springs_of_thread(self) -> int:
         """Number of springs per thread without biaxial ones: of a chain, one in each storey."""
-        return self.storeys_of_thread if self.pattern is None else self.pattern.single_springs
+        return self.storeys_of_thread if self.pattern is None else self.pattern.single_springs // self.sections
+
+    @property
+    def storeys(self) -> Storeys | None:
+        """The storeys of a lumped structure whose kernel walks over equal storeys; otherwise None."""
+        return storeys_of(self.pattern) if self.by_storey and self.pattern is not None else None
+
+    def threads_of(self, samples: int) -> int:
+        """Return the number of threads for a number of samples."""
+        if self.pattern is None or self.sections == 1:
+            return -(-samples // self.lanes) * self.sections
+        return -(-samples // (WARP // self.sections)) * WARP  # some threads of each warp are idle
 
     def length(self, dim: str) -> int:
         """Return the length of a dimension of the outputs, such as "storey" or "spring"."""
         if self.pattern is None:
             return self.dofs
-        return {"spring": self.pattern.springs, "output": len(self.pattern.output.rows)}.get(dim, self.dofs)
+        return {"spring": self.pattern.springs, "output": len(self.pattern.resultants)}.get(dim, self.dofs)
 
 
 def options(plan: Plan) -> dict[str, object]:
@@ -148,6 +164,11 @@ def memory_of_springs(plan: Plan) -> int:
 def keeps_drifts(plan: Plan) -> bool:
     """Return whether the unknowns of the plan's method are storey drifts (multistep methods)."""
     return isinstance(METHODS[plan.method], MultistepMethod)
+
+
+def state_of_stage(plan: Plan) -> tuple[str, str]:
+    """Return the names of the displacements and velocities of a stage; multistep methods have only accepted states."""
+    return ("u", "v") if keeps_drifts(plan) else ("us", "vs")
 
 
 def holds_step(plan: Plan) -> bool:

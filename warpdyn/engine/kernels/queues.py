@@ -291,7 +291,7 @@ class CudaQueue:
             start = stream.record_event(wp.Event(self.device, enable_timing=True))
             inputs = [0, *launch.inputs, *arguments]
             plan = launch.plan
-            threads = -(-launch.count // plan.lanes) * plan.sections
+            threads = plan.threads_of(launch.count)
             # Whole thread blocks, because threads of a sample exchange values; others repeat the last sample.
             dim = -(-threads // THREADS_OF_A_BLOCK) * THREADS_OF_A_BLOCK
             wp.launch(kernels[plan], dim=dim, inputs=inputs, stream=stream, block_dim=THREADS_OF_A_BLOCK)

@@ -9,6 +9,8 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+from warpdyn.engine.kernels.composing.storey_slots import OF_EQUAL_STOREYS
+
 # Loop variables that the statements of a slot may use. g is the index of a storey in the building, i its index in the
 # thread; they differ only if several threads share a sample.
 INDICES = {
@@ -105,8 +107,8 @@ GROUPS: dict[str, dict[str, Slot]] = {
             "kernel", "Declare variables: row() has one value per lane, matrix() one per storey and lane."
         ),
         "place": _slot("kernel", "Find the storeys and samples of the thread.", "", "block section lowest g"),
-        "read_lane": _slot("lane", "Find the sample of the lane.", "", "o s intervals"),
-        "read_sample": _slot("lane", "Read values of the sample in lane j and of its structure s.", "s"),
+        "read_lane": _slot("lane", "Find the sample of the lane.", "", "o s intervals scale"),
+        "read_sample": _slot("lane", "Read values of the sample in lane j and of its structure s.", "s", "terms"),
         "read_storey": _slot(
             "storey, lane",
             "Read values of a storey of structure s.",
@@ -291,8 +293,8 @@ GROUPS: dict[str, dict[str, Slot]] = {
             STATE,
         ),
         "count_resting": _slot("kernel", "Count the lanes that have finished (multistep)."),
-        "correct_start": _slot("kernel", "Correct the start after the first step (multistep)."),
-        "correct_second_step": _slot("kernel", "Correct the start after the second step (multistep)."),
+        "correct_start": _slot("kernel", "Correct the start after the first step (multistep).", "", "u v"),
+        "correct_second_step": _slot("kernel", "Correct the start after the second step (multistep).", "", "u v"),
         "sum_up_slopes": _slot(
             "storey, lane",
             "Add the slopes of the stage, and set the state of the next stage.",
@@ -379,7 +381,9 @@ GROUPS: dict[str, dict[str, Slot]] = {
             "rate",
         ),
         "pair_energy": _slot("lane", "Set stored_in_pair to the elastic energies of a biaxial spring."),
-        "finish_pairs": _slot("lane", "Write the outputs of all biaxial springs to column o (lumped structures).", "o"),
+        "finish_rows": _slot(
+            "lane", "Write the outputs of biaxial springs and of named outputs (lumped structures).", "o"
+        ),
         "finish_spring_row": _slot("spring, lane", "As finish_spring, also for components of biaxial springs.", "o"),
         "finish_spring": _slot("spring, lane", "Write the outputs of a spring to column o (lumped structures).", "o"),
         "add_to_total": _slot("storey, lane", "Add the state to total, which must be finite.", "", "total"),
@@ -392,4 +396,5 @@ GROUPS: dict[str, dict[str, Slot]] = {
         "write": _slot("lane", "Write the outputs of a sample to column o.", "o status"),
     },
 }
+GROUPS["Lumped structures of equal storeys"] = {name: _slot(*row) for name, row in OF_EQUAL_STOREYS.items()}
 SLOTS = {name: slot for group in GROUPS.values() for name, slot in group.items()}

@@ -186,4 +186,5 @@ def _conditions_of_four(matrix: np.ndarray) -> np.ndarray:
     s1 = 4 + 2 * cubic - 2 * linear - 4 * constant
     s0 = 1 + cubic + square + linear + constant
     terms = np.stack([s1 * s2 * s3, -s4 * s1**2, -s0 * s3**2])
-    return np.stack([s0, s4, s3, s2, terms.sum(axis=0) / np.abs(terms).sum(axis=0)])
+    largest = np.abs(terms).sum(axis=0)  # 0 for an eigenvalue of 0 and others on the unit circle
+    return np.stack([s0, s4, s3, s2, terms.sum(axis=0) / np.where(largest > 0, largest, 1.0)])

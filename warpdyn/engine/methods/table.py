@@ -47,6 +47,7 @@ class StoreyForces:
         is_chain: Whether the forces are those of storeys, and not of full matrices or of springs between any degrees of
             freedom.
         is_lumped: Whether the forces are those of springs between any degrees of freedom.
+        couples_rates: Whether the memory of a spring with two components follows a differential equation.
     """
 
     names: tuple[str, ...] = ("elastic",)
@@ -55,6 +56,7 @@ class StoreyForces:
     relaxes: bool = False
     is_chain: bool = True
     is_lumped: bool = False
+    couples_rates: bool = False
 
     def __str__(self) -> str:
         return ", ".join(self.names)
@@ -197,6 +199,8 @@ _ROWS: tuple[Method, ...] = (
     # The damping force uses the velocity of the last step, so the method is of order 1 if there is damping.
     ExplicitMethod("central_difference_lagged", 1, ((0,),), (1,), (0,), ((0,),), (1,), starts_halfway=True),
     MultistepMethod("stoermer", 3, 1 / 12, (23 / 12, -16 / 12, 5 / 12)),
+    # Velocity Verlet with one evaluation: dashpots use the velocity that the last acceleration predicts.
+    MultistepMethod("leapfrog", 2, 0.0, (3 / 2, -1 / 2, 0.0)),
     ImplicitMethod("central_difference", 2, beta=0),
     ImplicitMethod("newmark_average", 2, beta=1 / 4),
     ImplicitMethod("newmark_linear", 2, beta=1 / 6),
@@ -212,8 +216,10 @@ def fitting_methods(forces: StoreyForces, damping: str = "none") -> tuple[str, .
     - The exact method supports only linear forces.
     - `central_difference_lagged` does not support rate laws: their force would lag behind the drift, which supplies
       energy to the motion.
-    - Multistep methods need storey drifts; they integrate the memory of a law over the increment of the drift.
-    - Lumped structures support explicit methods with fixed steps whose velocities do not lag behind.
+    - Multistep methods need storeys or springs; they integrate the memory of a law over the increment of the drift,
+      which biaxial springs with a rate do not support.
+    - Lumped structures support explicit methods with fixed steps whose velocities do not lag behind; only they support
+      `leapfrog`.
     - Implicit methods do not support damping proportional to the tangent stiffness, which jumps when a storey yields,
       so that a step may have no equilibrium.
     - Implicit methods integrate the memory of a law over the increment of the drift, without regard to time; they do
@@ -224,7 +230,9 @@ def fitting_methods(forces: StoreyForces, damping: str = "none") -> tuple[str, .
         unfit |= {name for name, method in METHODS.items() if method.kind == "explicit" and method.starts_halfway}
     if forces.is_lumped:
         unfit |= {name for name, method in METHODS.items() if not _fits_lumped(method)}
-    if forces.relaxes or not forces.is_chain:
+    else:
+        unfit |= {"leapfrog"}
+    if forces.relaxes or forces.couples_rates or not (forces.is_chain or forces.is_lumped):
         unfit |= {name for name, method in METHODS.items() if isinstance(method, MultistepMethod)}
     if damping == "rayleigh_tangent" or forces.relaxes:
         unfit |= {name for name, method in METHODS.items() if method.kind == "implicit"}
@@ -232,6 +240,8 @@ def fitting_methods(forces: StoreyForces, damping: str = "none") -> tuple[str, .
 
 
 def _fits_lumped(method: Method) -> bool:
+    if isinstance(method, MultistepMethod):
+        return True
     return isinstance(method, ExplicitMethod) and not (method.is_adaptive or method.starts_halfway)
 
 
@@ -252,7 +262,8 @@ def check_fits(method: Any, forces: StoreyForces, damping: str = "none") -> None
     reasons = {"exact": linear, "implicit": "it cannot integrate a force that relaxes with time"}
     reason = reasons.get(METHODS[method].kind, "its velocities lag half a step behind")
     if isinstance(METHODS[method], MultistepMethod):
-        reason = reasons["implicit"] if forces.relaxes else "it needs a ShearBuilding, whose drifts it integrates"
+        needed = "LumpedStructure" if forces.is_chain else "ShearBuilding or a LumpedStructure"
+        reason = reasons["implicit"] if forces.relaxes else f"it needs a {needed}"
     raise ValueError(
         f"method {method!r} does not fit storeys of law {str(forces)!r} ({reason}); choose method= from these: "
         f"{', '.join(fitting)}"

@@ -127,9 +127,12 @@ def html_table(caption: str, rows: Iterable[Sequence[object]], heads: Sequence[s
         heads: Labels of the columns.
     """
     left = ' style="text-align:left"'
-    head = "".join(f"<th{left}>{html.escape(text)}</th>" for text in heads)
+    # Screen readers announce headers with their column or row; an empty header would have no name.
+    head = "".join(f'<th scope="col"{left}>{html.escape(text)}</th>' if text else f"<td{left}></td>" for text in heads)
     body = "".join(
-        f"<tr><th{left}>{_cell(first)}</th>" + "".join(f"<td{left}>{_cell(each)}</td>" for each in rest) + "</tr>"
+        f'<tr><th scope="row"{left}>{_cell(first)}</th>'
+        + "".join(f"<td{left}>{_cell(each)}</td>" for each in rest)
+        + "</tr>"
         for first, *rest in rows
     )
     above = f"<thead><tr>{head}</tr></thead>" if heads else ""

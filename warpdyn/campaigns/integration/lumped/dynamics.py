@@ -11,6 +11,7 @@ from warpdyn.campaigns.integration.dynamics import Arrays, Dynamics, Modes, slow
 from warpdyn.campaigns.integration.lumped.rounding import LARGEST_ERROR, error_of_float32
 from warpdyn.engine.kernels.lumped.pattern import OF_ENERGIES, PAIR, Pattern, Table, table_of, values_in
 from warpdyn.engine.kernels.output_table import HISTORY, OF_SPRINGS
+from warpdyn.engine.laws.biaxial.functions import biaxial_functions
 from warpdyn.engine.laws.building_law import BuildingLaw
 from warpdyn.engine.laws.elastic.parameters import Elastic
 from warpdyn.engine.laws.springs import StoreyRules, Variant
@@ -44,7 +45,9 @@ class LumpedDynamics(Dynamics):
         if self.pairs is not None:
             of_pairs = self._of(self.pairs, values)
             self.biaxial_law, self.biaxial_variants = self.pairs.rules(of_pairs), self.pairs.variants(of_pairs)
-        self.forces = replace(structure.storey_law.forces(), is_chain=False, is_lumped=True)
+        couples_rates = self.biaxial_law is not None and biaxial_functions(self.biaxial_law).rate is not None
+        of_storeys = structure.storey_law.forces()
+        self.forces = replace(of_storeys, is_chain=False, is_lumped=True, couples_rates=couples_rates)
         self.counts_reversals = structure.storey_law.counts_reversals(values)
         self.is_sensitive = structure.storey_law.is_sensitive(values)
         self.has_drift_capacity = "deformation_capacity" in structure.parameters
@@ -93,6 +96,7 @@ class LumpedDynamics(Dynamics):
             has_dashpots=is_damped,
             pairs=structure.pairs,
             biaxial_law=self.biaxial_law,
+            resultants=structure.resultants,
             **tables,
         )
 
@@ -119,7 +123,7 @@ class LumpedDynamics(Dynamics):
         inverse = without_rounding((inverse + inverse.transpose(0, 2, 1)) / 2, ROUNDED)
         elastic = structure.elastic_matrices(parameters) - structure.geometric_matrices(parameters)
         outputs = structure.output_matrices(parameters)
-        influence = np.broadcast_to(structure.influence, (count, *structure.influence.shape))
+        influence = structure.influences(parameters)
         drive = influence
         if structure.load_mass is not None:
             drive = inverse @ structure.load_masses(parameters) @ influence
@@ -149,7 +153,10 @@ class LumpedDynamics(Dynamics):
             law, of_springs = structure.storey_law, of_springs_only(parameters)
             tangent = structure.stiffness_matrices(parameters, law.stiffest(of_springs))
             highest = np.sqrt(undamped(mass, tangent)[0][:, -1])
-            steepest = law.steepest_damping(of_springs)
+            # The mass that a spring moves if its ends are free, such as m1 m2 / (m1 + m2) between two masses.
+            rows = structure.directions
+            moved = 1 / np.einsum("ki,sij,kj->sk", rows, np.linalg.inv(mass), rows, optimize=True)
+            steepest = law.steepest_damping({**of_springs, "mass": moved})
             if steepest.any():
                 rate = highest_damping_rate(mass, damping + structure.of_springs(steepest))
             rate = np.maximum(rate, law.relaxation_rate(of_springs).max(axis=-1))

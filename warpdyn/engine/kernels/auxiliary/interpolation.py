@@ -16,19 +16,21 @@ def interpolation_kernel(dtype: str) -> wp.Kernel:
     number = DTYPES[dtype]
 
     @wp.kernel(module="unique", enable_backward=False, module_options=module_options(max_unroll=1))
-    def interpolate(values: wp.array(dtype=number), finer: int, result: wp.array(dtype=number)):
+    def interpolate(values: wp.array(dtype=number), finer: int, components: int, result: wp.array(dtype=number)):
         k = wp.tid()
-        at = k // finer
-        begin = values[at]
-        place = k - at * finer
+        row = k // components
+        at = row // finer
+        before = at * components + k - row * components
+        begin = values[before]
+        place = row - at * finer
         if place > 0:
-            begin += number(place) / number(finer) * (values[at + 1] - begin)
+            begin += number(place) / number(finer) * (values[before + components] - begin)
         result[k] = begin
 
     return interpolate
 
 
-def interpolated(load: Any, dtype: str, finer: int) -> Any:
+def interpolated(load: Any, dtype: str, finer: int, components: int = 1) -> Any:
     """Return a load whose motions have `finer` intervals for each original interval, by linear interpolation.
 
     An interval is the time between two values of a motion.
@@ -38,14 +40,16 @@ def interpolated(load: Any, dtype: str, finer: int) -> Any:
             intervals.
         dtype: Number type of the load, "float32" or "float64".
         finer: Number of new intervals per original interval.
+        components: Number of components of each motion, whose values at one time follow each other.
     """
     struct = structs(dtype).Load
     result, device = struct(), str(load.values.device)
     for name in struct.vars:
         setattr(result, name, getattr(load, name))
-    count = finer * (load.values.size - 1) + 1  # the kernel also fills values between two motions, which are never read
+    rows = finer * (load.values.size // components - 1) + 1
+    count = rows * components  # the kernel also fills values between two motions, which are never read
     result.values = wp.empty(count, dtype=DTYPES[dtype], device=device)
-    inputs = [load.values, finer, result.values]
+    inputs = [load.values, finer, components, result.values]
     kernel = loaded(interpolation_kernel(dtype), device)
     wp.launch(kernel, dim=count, inputs=inputs, device=device, block_dim=block_size(device))
     for name in ("first", "intervals"):

@@ -9,18 +9,19 @@ FIELDS = {
 
 
 def wanted(plan):
-    return plan.pattern is not None
+    return plan.pattern is not None and plan.storeys is None
 
 
 def names(plan):
     import warp as wp
 
     from warpdyn.engine.kernels.loads import LOADS
-    from warpdyn.engine.kernels.plan import DTYPES
+    from warpdyn.engine.kernels.plan import DTYPES, state_of_stage
 
     dtype, pattern, load = DTYPES[plan.dtype], plan.pattern, LOADS[plan.load]
     is_base, has_load = load.is_base, (load.is_history and not load.is_base) or load.is_harmonic
     first = first_places(pattern)
+    us, vs = state_of_stage(plan)
 
     def product(name, vector, target, table=None, **how):
         table = pattern.tables[name] if table is None else table
@@ -31,6 +32,7 @@ def names(plan):
     count = pattern.values + pattern.springs * pattern.has_dashpots
     count += pattern.values_of_pairs + (pattern.values_of_energies if "energy" in plan.recorders else 0)
     return {
+        "THREADS": 1,
         "ROWS": pattern.springs,
         "TERMS": count,
         "FIRST_DASHPOT": pattern.values,
@@ -38,11 +40,11 @@ def names(plan):
         "IS_SHAKEN": is_base,
         "term_rows": wp.types.matrix(shape=(max(1, count), plan.lanes), dtype=dtype),
         "spring_rows": wp.types.matrix(shape=(pattern.springs, plan.lanes), dtype=dtype),
-        "DEFORMATIONS": product("deformation", "us", "deformation"),
-        "DEFORMATION_RATES": product("deformation", "vs", "deformation_rate"),
+        "DEFORMATIONS": product("deformation", us, "deformation"),
+        "DEFORMATION_RATES": product("deformation", vs, "deformation_rate"),
         "SPRING_FORCES": product("deformation", "spring_force", "applied", by_row, sign=-1, is_added=has_load),
-        "ELASTIC_FORCES": product("stiffness", "us", "applied", sign=-1, is_added=True),
-        "VISCOUS_FORCES": product("damping", "vs", "applied", sign=-1, is_added=True),
+        "ELASTIC_FORCES": product("stiffness", us, "applied", sign=-1, is_added=True),
+        "VISCOUS_FORCES": product("damping", vs, "applied", sign=-1, is_added=True),
         "ACCELERATIONS": product("inverse_mass", "applied", "felt"),
         "BASE_ACCELERATIONS": product("drive", ground, "shaken"),
         "UNMOVED_ACCELERATIONS": product("unmoved", ground, "unmoved"),
@@ -63,6 +65,11 @@ def first_places(pattern):
         found[name] = place
         place += table.values
     return found
+
+
+def read_sample():
+    for q in range(TERMS):
+        terms[q, j] = structures.terms[q, s]
 
 
 def gather_springs():

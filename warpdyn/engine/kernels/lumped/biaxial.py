@@ -56,8 +56,8 @@ def names(plan):
         "two_values": wp.types.vector(length=PAIR, dtype=dtype),
         "pair_coefficients": wp.types.vector(length=law.coefficients, dtype=dtype),
         "pair_memory": wp.types.vector(length=law.memory, dtype=dtype),
-        "reach": method.reach,
-        "of_velocity": method.a,
+        "reach": getattr(method, "reach", method.weight),  # multistep methods do not support memory that moves
+        "of_velocity": getattr(method, "a", method.weight),
         **{name: function for name, function in functions.items() if function is not None},
     }
 
@@ -114,7 +114,7 @@ def pair_energy():
     stored_in_pair = pair_energy_of(pair_drift, pair_values, own)
 
 
-def finish_pairs():
+def finish_rows():
     if ENERGY:
         for pair in range(PAIRS):
             slot("pair_energy")

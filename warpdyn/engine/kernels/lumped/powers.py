@@ -18,10 +18,12 @@ def values_held(plan):
 def names(plan):
     from warpdyn.engine.kernels.lumped.assembly import element, first_places
     from warpdyn.engine.kernels.lumped.pattern import products, transposed
+    from warpdyn.engine.kernels.plan import state_of_stage
 
     pattern = plan.pattern
     first = first_places(pattern)
     along = transposed(pattern.pull, pattern.components)
+    us, vs = state_of_stage(plan)
     single = pattern.components == 1
 
     def total(row):
@@ -33,10 +35,10 @@ def names(plan):
     return {
         "HAS_MATRIX": not pattern.stiffness.is_empty,
         "HAS_DAMPING_MATRIX": not pattern.damping.is_empty,
-        "MOMENTA": product("mass", "vs", "momentum_of"),
-        "MOMENTA_ALONG": products(along, "terms", element("vs"), total, first=first["pull"]) or "pass",
-        "DAMPED": product("damping", "vs", "damped"),
-        "SPRUNG": product("stiffness", "us", "sprung"),
+        "MOMENTA": product("mass", vs, "momentum_of"),
+        "MOMENTA_ALONG": products(along, "terms", element(vs), total, first=first["pull"]) or "pass",
+        "DAMPED": product("damping", vs, "damped"),
+        "SPRUNG": product("stiffness", us, "sprung"),
     }
 
 

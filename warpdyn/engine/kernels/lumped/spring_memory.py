@@ -1,11 +1,11 @@
 """The memory of the springs of a lumped structure, for laws whose memory follows a differential equation."""
 
-from warpdyn.engine.kernels.plan import tableau
+from warpdyn.engine.kernels.plan import keeps_drifts, tableau
 from warpdyn.engine.laws.springs import spring_row
 
 
 def wanted(plan):
-    return plan.pattern is not None and spring_row(plan.law).rate is not None
+    return plan.pattern is not None and spring_row(plan.law).rate is not None and not keeps_drifts(plan)
 
 
 def names(plan):

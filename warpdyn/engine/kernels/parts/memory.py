@@ -27,6 +27,8 @@ def restore():
             f = held_of(drift, memory, c)
         else:
             f = force_of(drift, memory, c)
+    elif BY_STOREY and stage == 0:
+        f = followed_of(drift, memory, c)
     elif HOLDS_FORCE:
         f = held_of(drift, memory, c)
         if stage > 0:

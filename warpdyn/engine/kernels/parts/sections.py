@@ -12,7 +12,7 @@ BORROWS = {"half_steps": ("drifts", "rates")}
 
 
 def wanted(plan):
-    return plan.sections > 1
+    return plan.sections > 1 and plan.pattern is None
 
 
 def names(plan):

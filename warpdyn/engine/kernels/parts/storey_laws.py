@@ -37,7 +37,12 @@ def names(plan):
         "advance": law.memory_after,
     }
     # If a thread integrates all storeys of a sample, its storey i is storey i of the building.
-    number = {} if plan.sections > 1 else {"g": "i"}
+    number = {} if plan.sections > 1 else {"g": "i", "number_of_spring": "i"}
+    if plan.storeys is not None:
+        number = {
+            "g": "dof_number(lowest * WIDTH + i)",
+            "number_of_spring": "spring_number(lowest * SPRINGS_OF_STOREY + i)",
+        }
     return {
         **number,
         "KEEPS_DRIFTS": keeps_drifts(plan),

@@ -80,4 +80,4 @@ def finish_storey():
     if IS_CHAIN:
         output.peak_floor_acceleration[g, o] = peak_acceleration[i, j]
     else:
-        output.peak_acceleration[i, o] = peak_acceleration[i, j]
+        output.peak_acceleration[g, o] = peak_acceleration[i, j]

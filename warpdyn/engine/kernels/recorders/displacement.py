@@ -69,5 +69,5 @@ def restart_recorders():
 
 
 def finish_storey():
-    output.peak_displacement[i, o] = peak_displacement[i, j]
-    output.time_of_peak_displacement[i, o] = time_of_peak[i, j]
+    output.peak_displacement[g, o] = peak_displacement[i, j]
+    output.time_of_peak_displacement[g, o] = time_of_peak[i, j]

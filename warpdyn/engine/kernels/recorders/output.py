@@ -1,4 +1,7 @@
-"""The largest value of every output of a lumped structure: a linear combination of its displacements."""
+"""The largest value of every output of a lumped structure: a linear combination of its displacements, or a resultant.
+
+A resultant is the square root of the sum of the squares of several linear combinations at each time.
+"""
 
 from warpdyn.foundations.core.output_variables import Variable
 
@@ -15,7 +18,7 @@ def wanted(plan):
 
 
 def values_held(plan):
-    return plan.length("output")
+    return len(plan.pattern.output.rows)
 
 
 def names(plan):
@@ -26,18 +29,40 @@ def names(plan):
     from warpdyn.engine.kernels.plan import DTYPES
 
     pattern, count = plan.pattern, plan.length("output")
-    text = products(
-        pattern.output,
-        "terms",
-        lambda dof: f"u[{dof}, j]",
-        lambda place: f"present_output[{place}, j]",
-        first=first_places(pattern)["output"],
-    )
+    if plan.storeys is None:
+        text = products(
+            pattern.output,
+            "terms",
+            lambda dof: f"u[{dof}, j]",
+            lambda place: f"present_output[{place}, j]",
+            first=first_places(pattern)["output"],
+        )
+        own = {"PRESENT_OUTPUTS": text or "pass", "number_of_output": "m"}
+    else:  # the outputs of the storeys of this thread
+        from warpdyn.engine.device.warp_exchange import numbers
+
+        count //= plan.sections
+        listed = numbers([each for row in plan.storeys.outputs for each in row])
+        own = {"output_number": listed, "number_of_output": "output_number(section * OUTPUTS + m)"}
+    rows = max(1, len(pattern.output.rows) // plan.sections)
     return {
         "OUTPUTS": count,
-        "PRESENT_OUTPUTS": text or "pass",
-        "output_rows": wp.types.matrix(shape=(max(1, count), plan.lanes), dtype=DTYPES[plan.dtype]),
+        **own,
+        "RESULTANTS": resultants(pattern) or "pass",
+        "output_rows": wp.types.matrix(shape=(rows, plan.lanes), dtype=DTYPES[plan.dtype]),
     }
+
+
+def resultants(pattern):
+    """Return statements that replace the first row of each resultant by the root of the sum of all squares."""
+    lines = []
+    for place, others in enumerate(pattern.resultants):
+        if others:
+            squares = [f"present_output[{row}, j] * present_output[{row}, j]" for row in (place, *others)]
+            lines.append(f"present_output[{place}, j] = {squares[0]}")
+            lines += [f"present_output[{place}, j] += {square}" for square in squares[1:]]
+            lines.append(f"present_output[{place}, j] = wp.sqrt(present_output[{place}, j])")
+    return "\n    ".join(["for j in range(LANES):", *lines]) if lines else ""
 
 
 def declare():
@@ -46,7 +71,16 @@ def declare():
 
 
 def see_state():
-    PRESENT_OUTPUTS
+    if BY_STOREY:
+        slot("find_accepted_floor")
+        for floor in range(FLOORS):
+            for j in range(LANES):
+                slot("compare_accepted_floors")
+                STOREY_OUTPUTS
+                slot("leave_accepted_floor")
+    else:
+        PRESENT_OUTPUTS
+        RESULTANTS
     for j in range(LANES):
         for m in range(OUTPUTS):
             size = wp.abs(present_output[m, j])
@@ -60,6 +94,6 @@ def restart_recorders():
         peak_output[m, j] = dtype(0.0)
 
 
-def write():
+def finish_rows():
     for m in range(OUTPUTS):
-        output.peak_output[m, o] = peak_output[m, j]
+        output.peak_output[number_of_output, o] = peak_output[m, j]

@@ -81,7 +81,13 @@ def add_to_means():
                         mean_ratio[i, j] += share_in_mean[j] * deformation[i, j]
                     elif since >= 0 and since < steps and block < control.samples:
                         o = samples.order[sample[j]]
-                        add_to_mean(output.residual_deformation, i, o, share_in_mean[j] * deformation[i, j], since)
+                        add_to_mean(
+                            output.residual_deformation,
+                            number_of_spring,
+                            o,
+                            share_in_mean[j] * deformation[i, j],
+                            since,
+                        )
         else:
             for i in range(N):
                 for j in range(LANES):
@@ -102,7 +108,7 @@ def add_to_means():
 
 def finish_spring_row():
     if LANES > 1:
-        output.residual_deformation[i, o] = mean_ratio[i, j]
+        output.residual_deformation[number_of_spring, o] = mean_ratio[i, j]
 
 
 def finish_storey():

@@ -41,5 +41,5 @@ def restart_recorders():
 
 
 def finish_spring_row():
-    output.peak_spring_deformation[i, o] = peak_deformation[i, j]
-    output.peak_spring_force[i, o] = peak_force[i, j]
+    output.peak_spring_deformation[number_of_spring, o] = peak_deformation[i, j]
+    output.peak_spring_force[number_of_spring, o] = peak_force[i, j]

@@ -8,14 +8,16 @@ spring or degree of freedom, which names only entries that are not 0 (see kernel
 from __future__ import annotations
 
 from warpdyn.engine.device.processor import align_rows
-from warpdyn.engine.kernels.plan import Plan, tableau
+from warpdyn.engine.kernels.parts import straight_branches
+from warpdyn.engine.kernels.plan import Plan, keeps_drifts, tableau
 from warpdyn.engine.laws.springs import spring_row
 
 
 def names(plan: Plan) -> dict[str, object]:
     """Return the constants, types and functions in the skeleton's text."""
     method, law = tableau(plan), spring_row(plan.law)
-    is_mapping = law.return_mapping is not None
+    is_mapping, is_multistep = law.return_mapping is not None, keeps_drifts(plan)
+    maps_in_stage = is_mapping and law.rate is None and (is_multistep or method.ends_in_stage)
     return {
         "STAGES": method.stages,
         "weight": method.weight,
@@ -23,14 +25,21 @@ def names(plan: Plan) -> dict[str, object]:
         "ONCE": True,
         "KEEPS_SLOPES": method.keeps_slopes,
         # The stage's state includes the memory of laws with a rate.
-        "TAKES_MEMORY": law.rate is not None,
+        "TAKES_MEMORY": law.rate is not None and not is_multistep,
         # If the last stage is at the end of the step, its memory is the memory at the end of the step.
-        "MAPS_IN_STAGE": is_mapping and law.rate is None and method.ends_in_stage,
+        "MAPS_IN_STAGE": maps_in_stage,
         "HANDS_DOWN": False,
         # If the last stage is at the end of the step, its velocity is not the final velocity of the step. Then energies
         # are integrated by the trapezoidal rule over accepted states.
-        "TRAPEZOIDAL": method.ends_in_stage,
+        "TRAPEZOIDAL": is_multistep or method.ends_in_stage,
         "LAGS": False,
+        # Whether parts read the deformations of the accepted state after a step.
+        "GATHERS_AT_END": plan.storeys is None or "residual" in plan.recorders or (is_mapping and not maps_in_stage),
+        # Whether one loop over the storeys computes deformations and forces. Laws with straight branches need separate
+        # loops. On a CPU separate loops are faster: with rk4 5 times (ten torsional storeys, AVX-512).
+        "FUSES": plan.storeys is not None and plan.lanes == 1 and not straight_branches.wanted(plan),
+        # Whether one loop over the floors computes accelerations and the slopes of the stage.
+        "FUSES_FLOORS": plan.storeys is not None and not method.keeps_slopes,
     }
 
 
@@ -38,24 +47,42 @@ def visit_spring():
     """Evaluate the force of spring i in a stage."""
     slot("before_storey")
     for j in range(LANES):
-        drift = deformation[i, j]
-        rate = deformation_rate[i, j]
-        slot("storey_coefficients")
-        slot("memory_of_stage")
-        if not HAS_RESTORE:
-            f = force_of(drift, memory, c)
-        slot("restore")
-        slot("add_velocity_force")
-        restoring = f
-        if HAS_ADD_TO_DASHPOT:
-            dashpot = dtype(0.0)
-            slot("add_to_dashpot")
-            f += dashpot
-        if stage == 0:
-            slot("see_spring")
-        slot("see_power_of_spring")
-        spring_force[i, j] = f
-        slot("end_spring")
+        slot("visit_spring_of_lane")
+
+
+def visit_spring_of_lane():
+    drift = deformation[i, j]
+    rate = deformation_rate[i, j]
+    slot("storey_coefficients")
+    slot("memory_of_stage")
+    if not HAS_RESTORE:
+        f = force_of(drift, memory, c)
+    slot("restore")
+    slot("add_velocity_force")
+    restoring = f
+    if HAS_ADD_TO_DASHPOT:
+        dashpot = dtype(0.0)
+        slot("add_to_dashpot")
+        f += dashpot
+    if stage == 0:
+        slot("see_spring")
+    slot("see_power_of_spring")
+    spring_force[i, j] = f
+    slot("end_spring")
+
+
+def accelerate_dof():
+    """Statements after the accelerations of degree of freedom i by springs and base motion are known."""
+    vi = vs[i, j]
+    ai = felt[i, j]
+    slot("add_to_acceleration")
+    moving = ai - shaken[i, j]
+    if stage == 0:
+        if HAS_UNMOVED:
+            ai += unmoved[i, j]
+        slot("see_forces")
+    ai = moving
+    slot("end_storey")
 
 
 def integrate_lumped(
@@ -63,6 +90,7 @@ def integrate_lumped(
 ):
     align_rows()
     block = first + wp.tid()
+    slot("place")
     coefficients = table()
     terms = term_rows()  # values of the entries of all matrices
     u = matrix()  # accepted state: displacement and velocity of degrees of freedom, memory of springs
@@ -86,17 +114,15 @@ def integrate_lumped(
     for j in range(LANES):
         slot("read_lane")
         slot("read_sample")
-        for q in range(TERMS):
-            terms[q, j] = structures.terms[q, s]
         for i in range(SPRINGS):
             for q in range(C):
-                coefficients[i * C + q, j] = structures.coefficients[i * C + q, s]
+                coefficients[i * C + q, j] = structures.coefficients[number_of_spring * C + q, s]
             slot("read_spring")
         for i in range(ROWS):
             slot("read_spring_row")
         for i in range(N):
-            u[i, j] = loads.initial_displacement[i]
-            v[i, j] = loads.initial_velocity[i]
+            u[i, j] = loads.initial_displacement[g]
+            v[i, j] = loads.initial_velocity[g]
             slot("read_storey")
             us[i, j] = u[i, j]
             vs[i, j] = v[i, j]
@@ -122,12 +148,17 @@ def integrate_lumped(
             slot("begin_step")
             for stage in range(STAGES):
                 slot("begin_stage")
-                if stage > 0:
-                    slot("gather_springs")
                 for j in range(LANES):
                     slot("begin_walk")
-                for i in range(SPRINGS):
-                    slot("visit_spring")
+                if FUSES and (stage > 0 or not GATHERS_AT_END):
+                    slot("walk_storeys")
+                else:
+                    if stage > 0 or not GATHERS_AT_END:
+                        slot("gather_springs")
+                    for i in range(SPRINGS):
+                        slot("visit_spring")
+                    if BY_STOREY:
+                        slot("sum_up_springs")
                 slot("visit_pairs")
                 if HAS_ADD_LOAD:
                     for i in range(N):
@@ -138,26 +169,25 @@ def integrate_lumped(
                             if ENERGY:
                                 vi = vs[i, j]
                                 slot("add_supply")
-                slot("gather_forces")
-                slot("see_powers")
-                for i in range(N):
-                    for j in range(LANES):
-                        vi = vs[i, j]
-                        ai = felt[i, j]
-                        slot("add_to_acceleration")
-                        moving = ai - shaken[i, j]
-                        if stage == 0:
-                            if HAS_UNMOVED:
-                                ai += unmoved[i, j]
-                            slot("see_forces")
-                        ai = moving
-                        slot("end_storey")
-                    slot("after_storey")
+                if FUSES_FLOORS:
+                    slot("accelerate_storeys")
+                else:
+                    slot("gather_forces")
+                    slot("see_powers")
+                    for i in range(N):
+                        for j in range(LANES):
+                            slot("accelerate_dof")
+                        slot("after_storey")
                 if stage == 0:
                     slot("see_state")
                 slot("end_stage")
             slot("end_stages")
-            if not KEEPS_SLOPES:
+            if BY_STOREY and not (KEEPS_SLOPES or KEEPS_DRIFTS):
+                for i in range(N):
+                    for j in range(LANES):
+                        us[i, j] = u[i, j]
+                        vs[i, j] = v[i, j]
+            elif not (KEEPS_SLOPES or KEEPS_DRIFTS):
                 for i in range(N):
                     for j in range(LANES):
                         u[i, j] += h[j] * un[i, j]
@@ -168,7 +198,8 @@ def integrate_lumped(
                         vs[i, j] = v[i, j]
             slot("end_attempt")
             slot("accept_springs")
-            slot("gather_springs")
+            if GATHERS_AT_END:
+                slot("gather_springs")
             slot("end_step")
     slot("before_finish")
     for j in range(LANES):
@@ -177,20 +208,25 @@ def integrate_lumped(
         slot("finish")
         for i in range(N):
             total += u[i, j] + v[i, j]
-            slot("finish_storey")
         for i in range(SPRINGS):
             for m in range(M):
                 total += z[i * M + m, j]
-            slot("finish_spring")
-        for i in range(ROWS):
-            slot("finish_spring_row")
-        slot("finish_pairs")
         slot("after_finish")
-        status = ok
-        slot("judge_demand")
-        slot("judge_state")
-        if not wp.isfinite(total):  # a sum with an infinite value or NaN is not finite
-            status = diverged
-        slot("judge_step")
-        output.status[o] = status
-        slot("write")
+        # Threads that share a sample with others write only if the sample exists.
+        if block < control.samples if THREADS > 1 else ONCE:
+            for i in range(N):
+                slot("finish_storey")
+            for i in range(SPRINGS):
+                slot("finish_spring")
+            for i in range(ROWS):
+                slot("finish_spring_row")
+            slot("finish_rows")
+            if section == 0 if THREADS > 1 else ONCE:
+                status = ok
+                slot("judge_demand")
+                slot("judge_state")
+                if not wp.isfinite(total):  # a sum with an infinite value or NaN is not finite
+                    status = diverged
+                slot("judge_step")
+                output.status[o] = status
+                slot("write")

@@ -59,7 +59,7 @@ def state_below():
 
 def end_storey():
     ha = h[j] * reach[stage]
-    if DENSE or EXPLICIT_LUMPED:
+    if DENSE or (EXPLICIT_LUMPED and not BY_STOREY):
         un[i, j] += weight[stage] * vi
         vn[i, j] += weight[stage] * ai
         us[i, j] = u[i, j] + ha * vi
@@ -69,7 +69,7 @@ def end_storey():
 
 
 def sum_up_slopes():
-    if IS_RATE:
+    if IS_RATE and not EXPLICIT_LUMPED:
         z_rate = rate_of(rate, memory, c)
     # Slopes are summed up, so that the state is rounded once per step, not per stage.
     u_slope = times_unit[stage] * vi
@@ -81,7 +81,7 @@ def sum_up_slopes():
         u_slope += un[i, j]
     if stage > 0:
         v_slope += vn[i, j]
-    if IS_RATE:
+    if IS_RATE and not EXPLICIT_LUMPED:
         z_slope = times_unit[stage] * z_rate
         if stage > 0:
             for m in range(M):
@@ -92,7 +92,7 @@ def sum_up_slopes():
         vn[i, j] = v_slope
         us[i, j] = u[i, j] + ha * vi
         vs[i, j] = v[i, j] + ha * ai
-        if IS_RATE:
+        if IS_RATE and not EXPLICIT_LUMPED:
             for m in range(M):
                 zn[i * M + m, j] = z_slope[m]
                 zs[i * M + m, j] = z[i * M + m, j] + ha * z_rate[m]
@@ -100,7 +100,7 @@ def sum_up_slopes():
         unit_share = h[j] * unit_weight
         u[i, j] += unit_share * u_slope
         v[i, j] += unit_share * v_slope
-        if IS_RATE:
+        if IS_RATE and not EXPLICIT_LUMPED:
             for m in range(M):
                 z[i * M + m, j] += unit_share * z_slope[m]
 

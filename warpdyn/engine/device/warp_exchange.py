@@ -1,0 +1,85 @@
+"""Native functions with which threads of a GPU's warp exchange values, if any number of them shares a sample.
+
+All threads of a warp must call these functions together. On a CPU, where a thread has its samples alone, they return
+their argument.
+"""
+
+import functools
+from collections.abc import Sequence
+from typing import Any
+
+import warp as wp
+
+from warpdyn.engine.device.processor import on_gpu
+
+# The value of another thread of the warp; `_FROM_OR_ZERO`: 0 if its number is negative.
+_FROM = on_gpu("return __shfl_sync(0xffffffff, value, thread);")
+_FROM_OR_ZERO = on_gpu("""
+value = __shfl_sync(0xffffffff, value, thread);
+return thread < 0 ? 0 : value;""")
+# Sum and maximum over the threads that share the sample, from thread `first` on; the same in each of them.
+_TOGETHER = on_gpu("""
+auto sum = __shfl_sync(0xffffffff, value, first);
+for (int section = 1; section < threads; section++)
+    sum += __shfl_sync(0xffffffff, value, first + section);
+return sum;""")
+_LARGEST = on_gpu("""
+auto largest = __shfl_sync(0xffffffff, value, first);
+for (int section = 1; section < threads; section++)
+    largest = fmax(largest, __shfl_sync(0xffffffff, value, first + section));
+return largest;""")
+
+
+@wp.func_native(_FROM)
+def from_thread_float32(value: wp.float32, thread: wp.int32) -> wp.float32: ...
+
+
+@wp.func_native(_FROM_OR_ZERO)
+def from_thread_or_zero_float32(value: wp.float32, thread: wp.int32) -> wp.float32: ...
+
+
+@wp.func_native(_TOGETHER)
+def over_sections_float32(value: wp.float32, first: wp.int32, threads: wp.int32) -> wp.float32: ...
+
+
+@wp.func_native(_LARGEST)
+def largest_of_sections_float32(value: wp.float32, first: wp.int32, threads: wp.int32) -> wp.float32: ...
+
+
+@wp.func_native(_FROM)
+def from_thread_float64(value: wp.float64, thread: wp.int32) -> wp.float64: ...
+
+
+@wp.func_native(_FROM_OR_ZERO)
+def from_thread_or_zero_float64(value: wp.float64, thread: wp.int32) -> wp.float64: ...
+
+
+@wp.func_native(_TOGETHER)
+def over_sections_float64(value: wp.float64, first: wp.int32, threads: wp.int32) -> wp.float64: ...
+
+
+@wp.func_native(_LARGEST)
+def largest_of_sections_float64(value: wp.float64, first: wp.int32, threads: wp.int32) -> wp.float64: ...
+
+
+# dtype -> the value of another thread; the same, or 0 for a negative number; the sum and the maximum over the threads
+# that share a sample.
+EXCHANGES = {
+    "float32": (from_thread_float32, from_thread_or_zero_float32, over_sections_float32, largest_of_sections_float32),
+    "float64": (from_thread_float64, from_thread_or_zero_float64, over_sections_float64, largest_of_sections_float64),
+}
+
+
+def numbers(values: Sequence[int]) -> Any:
+    """Return a device function from an index to one of these integers."""
+    return _function_of(tuple(map(int, values)))
+
+
+@functools.cache
+def _function_of(values: tuple[int, ...]) -> Any:
+    listed = ", ".join(map(str, values or (0,)))
+
+    @wp.func_native(f"static const int numbers[] = {{{listed}}};\nreturn numbers[index];")
+    def number_at(index: wp.int32) -> wp.int32: ...
+
+    return number_at

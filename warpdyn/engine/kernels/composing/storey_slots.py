@@ -1,0 +1,36 @@
+"""Slots of kernels that walk over the equal storeys of lumped structures; slots.py contains all others.
+
+Each row contains the index, the text, the variables that a part may read, and those that it may change.
+"""
+
+OF_EQUAL_STOREYS: dict[str, tuple[str, ...]] = {
+    "share_warp": (
+        "kernel",
+        "Find the storeys of a thread that shares a sample.",
+        "",
+        "block section lowest",
+    ),
+    "find_lower_floor": ("kernel", "Find the state of the floor below the storeys of the thread."),
+    "find_accepted_floor": ("kernel", "The same as find_lower_floor, for the accepted displacements."),
+    "compare_floors": ("lane", "Find the state of a floor relative to the floor below."),
+    "compare_accepted_floors": ("lane", "The same as compare_floors, for the accepted displacements."),
+    "leave_floor": ("lane", "Go from a floor to the floor above."),
+    "leave_accepted_floor": ("lane", "The same as leave_floor, for the accepted displacements."),
+    "visit_spring_of_lane": (
+        "spring, lane",
+        "Evaluate a spring in a lane (all lumped structures).",
+        "memory c",
+        "drift rate f restoring dashpot spring_force z zs",
+    ),
+    "walk_storeys": ("kernel", "Evaluate all springs, storey by storey.", "", "i"),
+    "sum_up_springs": ("kernel", "Sum up the forces of the springs in each storey."),
+    "find_upper_forces": ("kernel", "Find the forces of the storey above the storeys of the thread."),
+    "accelerate_floor": ("lane", "Compute the accelerations of a floor."),
+    "accelerate_storeys": ("kernel", "Compute the accelerations of all floors.", "", "i"),
+    "accelerate_dof": (
+        "row, lane",
+        "After the accelerations of degree of freedom i are known (all lumped structures).",
+        "moving",
+        "vi ai",
+    ),
+}
