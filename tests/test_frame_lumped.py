@@ -279,6 +279,9 @@ def test_vertical_masses_give_a_second_component_of_the_base_motion():
     np.testing.assert_allclose(np.diag(structure.matrices["stiffness_matrix"]), [lateral, vertical], rtol=1e-12)
     run = wd.simulate(wd.Scene(structure, wd.PairOfMotions(pulse(1, 0.7, 0.4), pulse(2, 0.3, 0.4))), **SETTINGS)
     assert (run["peak_displacement"] > 0).all()
+    angle = {"incidence_angle": wd.RandomValue(wd.Uniform(0.0, 1.0))}
+    with pytest.raises(ValueError, match="a plane frame has no angle of incidence"):
+        wd.Scene(structure, wd.PairOfMotions(pulse(1, 0.7, 0.4), pulse(2, 0.3, 0.4)), angle)
 
 
 def test_equipment_on_a_frame_and_its_scene():

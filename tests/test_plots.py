@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 import xarray as xr
 from fragility_parameters import curves
+from frame_cases import portal
 from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 from plotted_curves import CLOUD, CURVES, MERGED, RUN
@@ -39,6 +40,7 @@ PLOTS = {
     "drift_over_height": (lambda **how: plots.drift_over_height(MERGED, **how), 1),
     "fragility_comparison": (lambda **how: plots.fragility_comparison({"a": CURVES, "b": MERGED}, **how), 2),
     "fragility_curves": (lambda **how: plots.fragility_curves(MERGED, **how), 1),
+    "frame": (lambda **how: plots.frame(portal(), **how), 1),
     "ground_motions": (lambda **how: plots.ground_motions([PULSE, WEAK], **how), 3),
     "hazard_and_rates": (lambda **how: plots.hazard_and_rates(FITTED, SITE, **how), 2),
     "histories": (lambda **how: plots.histories(RUN, 1, **how), 3),

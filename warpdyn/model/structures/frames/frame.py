@@ -32,7 +32,7 @@ from warpdyn.model.structures.frames.tables.columns import (
     read_member_loads,
     read_supports,
 )
-from warpdyn.model.structures.frames.tables.table import Rows, TableLike, check_names_known, numbers, read_table
+from warpdyn.model.structures.frames.tables.table import Rows, TableLike, check_names_known, column_of, read_table
 
 MASS_KINDS, GEOMETRIC_KINDS = ("lumped", "consistent"), ("string", "consistent")
 
@@ -104,7 +104,7 @@ class Frame(FrameStoreys, FrameMatrices):
         self.supports = read_supports(supports, self.nodes)
         self.diaphragms = read_diaphragms(diaphragms, self.nodes)
         self.masses = read_masses(masses, self.nodes, self.diaphragms)
-        self.coordinates = np.stack([numbers(self.nodes, "x"), numbers(self.nodes, "y")], axis=1)
+        self.coordinates = np.stack([column_of(self.nodes, "x"), column_of(self.nodes, "y")], axis=1)
         node_index = {name: place for place, name in enumerate(self.nodes)}
         self.ends = np.array([[node_index[row["start"]], node_index[row["end"]]] for row in self.members.values()])
         self.geometry, self.nominal = self._geometry(), self._nominal()
@@ -117,7 +117,7 @@ class Frame(FrameStoreys, FrameMatrices):
         return np.array([self.sections[row["section"]][column] for row in self.members.values()])
 
     def _offsets(self) -> np.ndarray:
-        columns = [[numbers(self.members, f"offset_{end}_{axis}") for axis in "xy"] for end in ("start", "end")]
+        columns = [[column_of(self.members, f"offset_{end}_{axis}") for axis in "xy"] for end in ("start", "end")]
         return np.moveaxis(np.array(columns), -1, 0)
 
     def _geometry(self) -> Geometry:
@@ -127,7 +127,7 @@ class Frame(FrameStoreys, FrameMatrices):
         shear_stiffness = self._of_section("shear_modulus") * self._of_section("shear_area")
         with np.errstate(divide="ignore"):
             shear = np.where(shear_stiffness > 0, self._of_section("elastic_modulus") / shear_stiffness, 0.0)
-        springs = np.stack([numbers(self.members, "spring_start"), numbers(self.members, "spring_end")], axis=1)
+        springs = np.stack([column_of(self.members, "spring_start"), column_of(self.members, "spring_end")], axis=1)
         for place, row in enumerate(self.members.values()):
             springs[place] = np.where(
                 [row["release"] in ("start", "both"), row["release"] in ("end", "both")], 0.0, springs[place]

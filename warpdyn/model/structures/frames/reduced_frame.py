@@ -18,6 +18,7 @@ from warpdyn.model.structures.frames.members.elements import Sections
 from warpdyn.model.structures.frames.members.forces import force_names, force_rows, unit_of
 from warpdyn.model.structures.frames.members.matrices import Bent
 from warpdyn.model.structures.frames.reduction import free_matrices, inner_masses, reduced, shapes_of
+from warpdyn.model.structures.lumped.matrices import INCIDENCE
 from warpdyn.model.structures.lumped.spring import Spring
 from warpdyn.model.structures.lumped.structure import MOST_DOFS, LumpedStructure
 
@@ -245,7 +246,9 @@ class ReducedFrame(LumpedStructure):
                 f"masses of a frame with reduction={self.reduction!r} can only have one common factor: give "
                 "RandomFactor(..., per='building')"
             )
-        return None
+        if name == INCIDENCE:
+            return "a plane frame has no angle of incidence: its base moves in x, and vertically"
+        return super().scatter_problem(name, is_common_factor=is_common_factor)
 
     def numbered(self, recorders: tuple[str, ...]) -> dict[str, tuple]:
         """Return the coordinates `dof`, `spring`, `member` and, if there are outputs, `output`: their names."""

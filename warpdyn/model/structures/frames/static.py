@@ -17,7 +17,7 @@ from warpdyn.model.structures.frames.members.elements import (
     fixed_end_forces,
 )
 from warpdyn.model.structures.frames.tables.columns import DIRECTIONS, FORCES
-from warpdyn.model.structures.frames.tables.table import Rows, check_names_known, numbers
+from warpdyn.model.structures.frames.tables.table import Rows, check_names_known, column_of
 
 if TYPE_CHECKING:
     from warpdyn.model.structures.frames.frame import Frame
@@ -42,7 +42,7 @@ def load_vector(frame: Frame, nodal: Rows, *, has_gravity: bool = False) -> np.n
         for axis, force in enumerate(FORCES):
             found[numbering.places[index[name], axis]] += row[force]
     if has_gravity:
-        np.subtract.at(found, numbering.places[:, 1], numbers(frame.nodes, "gravity_load"))
+        np.subtract.at(found, numbering.places[:, 1], column_of(frame.nodes, "gravity_load"))
     stiffness = frame.stiffness(frame.nominal).diagonal()
     for place in np.flatnonzero((found != 0) & (stiffness <= 0)):
         node = numbering.names[place].rpartition(" ")[0]

@@ -140,7 +140,7 @@ def _is_missing(value: object) -> bool:
     return value is None or value is pd.NA or (isinstance(value, float) and np.isnan(value))
 
 
-def numbers(rows: Rows, column: str) -> np.ndarray:
+def column_of(rows: Rows, column: str) -> np.ndarray:
     """Return a column of numbers, shape [row]."""
     return np.array([row[column] for row in rows.values()], dtype=np.float64)
 
