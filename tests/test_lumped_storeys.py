@@ -12,7 +12,7 @@ from lumped_cases import CASES, torsional_building
 
 import warpdyn as wd
 from warpdyn.campaigns.integration.lumped.dynamics import LumpedDynamics
-from warpdyn.engine.device.warp_exchange import numbers
+from warpdyn.engine.device.warp_exchange import number_at
 from warpdyn.engine.kernels import build
 from warpdyn.engine.kernels.lumped import division
 from warpdyn.engine.kernels.lumped.pattern import Table
@@ -176,7 +176,7 @@ def test_threads_hold_whole_storeys(storeys, dtype):
 
 
 def test_numbers_of_springs():
-    listed = numbers([7, -3, 12])
+    listed = number_at([7, -3, 12])
 
     @wp.kernel(module="unique", enable_backward=False)
     def read(result: wp.array(dtype=wp.int32)):
