@@ -96,6 +96,7 @@ class LumpedDynamics(Dynamics):
             has_dashpots=is_damped,
             pairs=structure.pairs,
             biaxial_law=self.biaxial_law,
+            resultants=structure.resultants,
             **tables,
         )
 
@@ -122,7 +123,7 @@ class LumpedDynamics(Dynamics):
         inverse = without_rounding((inverse + inverse.transpose(0, 2, 1)) / 2, ROUNDED)
         fixed = {name: structure.matrices.get(name, 0.0) for name in ("stiffness_matrix", "geometric_stiffness")}
         elastic = fixed["stiffness_matrix"] - fixed["geometric_stiffness"] + np.zeros_like(mass)
-        influence = np.broadcast_to(structure.influence, (count, *structure.influence.shape))
+        influence = structure.influences(parameters)
         drive = influence
         if structure.load_mass is not None:
             drive = inverse @ structure.load_masses(parameters) @ influence
@@ -152,7 +153,10 @@ class LumpedDynamics(Dynamics):
             law, of_springs = structure.storey_law, of_springs_only(parameters)
             tangent = structure.stiffness_matrices(parameters, law.stiffest(of_springs))
             highest = np.sqrt(undamped(mass, tangent)[0][:, -1])
-            steepest = law.steepest_damping(of_springs)
+            # The mass that a spring moves if its ends are free, such as m1 m2 / (m1 + m2) between two masses.
+            rows = structure.directions
+            moved = 1 / np.einsum("ki,sij,kj->sk", rows, np.linalg.inv(mass), rows, optimize=True)
+            steepest = law.steepest_damping({**of_springs, "mass": moved})
             if steepest.any():
                 rate = highest_damping_rate(mass, damping + structure.of_springs(steepest))
             rate = np.maximum(rate, law.relaxation_rate(of_springs).max(axis=-1))
