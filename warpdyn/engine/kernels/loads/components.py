@@ -66,8 +66,8 @@ def in_interval():
     else:
         for k in range(MOTIONS):
             for j in range(LANES):
-                next_sample = element(loads.values, wp.min(next_value[j] + interval, last_value[j]) * MOTIONS + k)
-                sampled_value[k, j] = next_sample
+                sampled_here = element(loads.values, wp.min(next_value[j] + interval, last_value[j]) * MOTIONS + k)
+                sampled_value[k, j] = sampled_here
     for j in range(LANES):
         factor = gain[j]
         for k in range(MOTIONS):
