@@ -170,6 +170,7 @@ def without_runs(folder: Path) -> dict[str, Call]:
             {"period": 0.5, "damping_ratio": 0.05, "percentile": 50.0},
         ),
         "GeometricMean": (wd.GeometricMean, {"measure": pga}),
+        "LargerComponent": (wd.LargerComponent, {"measure": pga}),
         "Histories": (wd.Histories, {"samples": [0, 3], "every": 2}),
         "HazardCurve": (
             wd.HazardCurve,

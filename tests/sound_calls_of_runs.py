@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import doctest
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -30,6 +31,8 @@ def with_runs(folder: Path) -> dict[str, Call]:
     kept = wd.simulate(scene, histories=wd.Histories([0, 5]))
     values, out = ns["stock"].replacement_values(ns["inventory"]), str(folder / "out")
     costs = ns["stock"].replacement_costs(ns["inventory"])
+    mean = wd.GeometricMean(wd.PeakGroundAcceleration())
+    components = [replace(ns["motions"][place], record="quake", component="NE"[place]) for place in (0, 1)]
     asked = wd.DamageLoss(ns["stock"].limits, wd.hazus_loss_ratios("RES1"), costs, over="motion")
     counted_losses = wd.simulate(ns["region"], statistics=asked)
     fitted = {"dataset": run, "limits": limits, "intervals_over": "records", "replicates": 50, "confidence": 0.9}
@@ -131,6 +134,10 @@ def with_runs(folder: Path) -> dict[str, Call]:
             | {"loss_ratios": wd.hazus_loss_ratios("RES1")},
         ),
         "select_storeys": (wd.select_storeys, {"run": run, "first": 1, "last": 2}),
+        "larger_of_components": (
+            wd.larger_of_components,
+            {"run": wd.simulate(wd.Scene(building, wd.Cloud(components, mean))), "motions": components},
+        ),
         "select_archetype": (wd.select_archetype, {"run": wd.simulate(ns["region"]), "name": "W1 high 2"}),
         "summary": (wd.summary, {"run": run}),
         "report": (wd.report, {"dataset": both, "path": f"{out}.html", "title": "a"}),

@@ -32,6 +32,10 @@ MEASURES = [
         },
     ),
     (
+        wd.LargerComponent(wd.PeakGroundVelocity()),
+        {"intensity_measure": "larger component of PGV"},
+    ),
+    (
         wd.RotatedSpectralAcceleration(0.4),
         {
             "intensity_measure": "RotD50 Sa(0.4 s, 5 %)",

@@ -36,6 +36,7 @@ from .campaigns.reductions.damage.losses import DamageLoss as DamageLoss
 from .campaigns.reductions.demand_histogram import DemandHistogram as DemandHistogram
 from .campaigns.reductions.demand_moments import DemandMoments as DemandMoments, LargestDemand as LargestDemand
 from .campaigns.running.histories import Histories as Histories
+from .campaigns.running.joining.components import larger_of_components as larger_of_components
 from .campaigns.running.joining.join import join as join
 from .campaigns.running.outputs import Outputs as Outputs
 from .campaigns.running.pushover import pushover as pushover, storey_hysteresis as storey_hysteresis
@@ -103,6 +104,7 @@ from .model.ground_motions.measures.one_component import (
 )
 from .model.ground_motions.measures.pairs import (
     GeometricMean as GeometricMean,
+    LargerComponent as LargerComponent,
     RotatedSpectralAcceleration as RotatedSpectralAcceleration,
 )
 from .model.ground_motions.motions import GroundMotion as GroundMotion

@@ -158,6 +158,66 @@ def plan(axes: Axes) -> None:
     axes.text(-0.6, 0, "base\nmotion", ha="right", va="center", color=GREEN)
 
 
+def frames(axes: Axes) -> None:
+    """Draw the plan of a storey with two frames along x and three along y, under both components."""
+    axes.add_patch(Rectangle((0, -0.9), 3.0, 1.8, facecolor="#DDE8F2", edgecolor=INK))
+    for y in (0.75, -0.75):
+        axes.plot([0.4, 2.6], [y, y], color=BLUE, lw=3)
+    for x, width in ((0.15, 5), (1.5, 2.5), (2.85, 2.5)):
+        axes.plot([x, x], [-0.6, 0.6], color=ORANGE, lw=width)
+    axes.text(3.2, 0.6, "frames along x", color=BLUE, va="center")
+    axes.text(3.2, -0.1, "frames along y, the left one stiffer", color=ORANGE, va="center")
+    _arrow(axes, (-0.9, -0.9), (-0.2, -0.9), "", GREEN)
+    _arrow(axes, (-0.9, -0.9), (-0.9, -0.2), "", GREEN)
+    axes.text(-1.0, 0.0, "base\nmotion", ha="center", va="bottom", color=GREEN)
+
+
+def incidence(axes: Axes) -> None:
+    """Draw a square plan that is turned below a pair of motions."""
+    turn, half = np.radians(25), 0.75
+    corners = half * np.array([[-1, -1], [1, -1], [1, 1], [-1, 1], [-1, -1]])
+    turned = corners @ np.array([[np.cos(turn), np.sin(turn)], [-np.sin(turn), np.cos(turn)]])
+    axes.fill(1.2 + turned[:, 0], turned[:, 1], facecolor="#DDE8F2", edgecolor=INK, lw=1.5)
+    _arrow(axes, (1.2, 0), (3.2, 0), "first component", GREEN)
+    end = 1.2 + 2.0 * np.cos(turn), 2.0 * np.sin(turn)
+    _arrow(axes, (1.2, 0), end, "x axis of the structure", BLUE)
+    arc = np.linspace(0, turn, 20)
+    axes.plot(1.2 + 1.5 * np.cos(arc), 1.5 * np.sin(arc), color=GREY)
+    axes.text(2.78, 0.28, "t", va="center")
+
+
+def pounding(axes: Axes) -> None:
+    """Draw two oscillators with a gap between them."""
+    _wall(axes, 0)
+    _spring(axes, 0, 1.4, 0.2)
+    _dashpot(axes, 0, 1.4, -0.2)
+    _mass(axes, 1.4, "m₁")
+    _mass(axes, 3.0, "m₂")
+    axes.annotate("", (3.0, -0.6), (2.1, -0.6), arrowprops={"arrowstyle": "<->", "color": GREY})
+    axes.text(2.55, -0.9, "gap", ha="center")
+    _spring(axes, 3.7, 5.1, 0.2)
+    _dashpot(axes, 3.7, 5.1, -0.2)
+    _wall(axes, 5.1, 1)
+    _arrow(axes, (2.0, 1.0), (3.0, 1.0), "base acceleration a_g(t)", GREEN)
+
+
+def bridge(axes: Axes) -> None:
+    """Draw a deck on a pier with a bearing, between two abutments with gaps."""
+    axes.add_patch(Rectangle((0.4, 0.2), 5.2, 0.3, facecolor="#DDE8F2", edgecolor=INK, lw=1.5))
+    axes.text(1.5, 0.35, "deck", ha="center", va="center")
+    axes.plot([3, 3], [-0.95, 0.0], color=INK, lw=6)
+    axes.add_patch(Rectangle((2.8, 0.02), 0.4, 0.16, facecolor=ORANGE, edgecolor=INK))
+    axes.text(3.3, -0.35, "pier", va="center")
+    axes.text(3.3, 0.08, "bearing", va="center", color=ORANGE)
+    for x, side in ((0.15, -1), (5.85, 1)):
+        axes.plot([x, x], [-0.95, 0.6], color=INK, lw=2)
+        axes.plot([x, x + 0.25 * side], [0.6, 0.6], color=INK, lw=2)
+        axes.plot([x - 0.25 * side, x - 0.55 * side], [0.1, 0.1], color=GREY, lw=4)
+    axes.text(5.95, 0.35, "gap, then stop")
+    axes.plot([-0.5, 6.5], [-0.95, -0.95], color=INK, lw=1.5)
+    _arrow(axes, (2.4, 0.95), (3.4, 0.95), "base acceleration a_g(t)", GREEN)
+
+
 def rocking(axes: Axes) -> None:
     """Draw an oscillator on a foundation with sway and rocking springs."""
     axes.plot([2, 2], [-0.5, 0.7], color=INK, lw=3)
@@ -242,7 +302,10 @@ def hazard(axes: Axes) -> None:
 
 SKETCHES: dict[str, Callable[..., None]] = {
     each.__name__: each
-    for each in (oscillator, chain, device, isolated, plan, rocking, p_delta, law, fragility, hazard)
+    for each in (
+        *(oscillator, chain, device, isolated, plan, frames, incidence, pounding, bridge, rocking, p_delta, law),
+        *(fragility, hazard),
+    )
 }
 
 

@@ -6,6 +6,8 @@ from .buildings import PROBLEMS as BUILDINGS
 from .chains import PROBLEMS as CHAINS
 from .devices import PROBLEMS as DEVICES
 from .loops import PROBLEMS as LOOPS
+from .lumped import PROBLEMS as LUMPED
+from .lumped_devices import PROBLEMS as LUMPED_DEVICES
 from .methods import PROBLEMS as METHODS
 from .problem import Problem, Verdict, judge
 from .random_motion import PROBLEMS as RANDOM
@@ -14,7 +16,7 @@ from .sdof import PROBLEMS as SDOF
 from .yielding import PROBLEMS as YIELDING
 
 PROBLEMS: tuple[Problem, ...] = (
-    *SDOF, *METHODS, *CHAINS, *BUILDINGS, *YIELDING, *DEVICES, *LOOPS, *RANDOM, *RISK,
+    *SDOF, *METHODS, *CHAINS, *BUILDINGS, *YIELDING, *DEVICES, *LOOPS, *RANDOM, *RISK, *LUMPED, *LUMPED_DEVICES,
 )  # fmt: skip
 
 __all__ = ["PROBLEMS", "Problem", "Verdict", "judge"]

@@ -112,7 +112,7 @@ class Plan:
         """Return the length of a dimension of the outputs, such as "storey" or "spring"."""
         if self.pattern is None:
             return self.dofs
-        return {"spring": self.pattern.springs, "output": len(self.pattern.output.rows)}.get(dim, self.dofs)
+        return {"spring": self.pattern.springs, "output": len(self.pattern.resultants)}.get(dim, self.dofs)
 
 
 def options(plan: Plan) -> dict[str, object]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -12,6 +13,7 @@ from warpdyn.foundations.core.near_misses import with_suggestions
 from warpdyn.foundations.core.units import STANDARD_GRAVITY
 from warpdyn.model.ground_motions.motions import GroundMotion
 from warpdyn.model.ground_motions.records.components.orientations import orientation
+from warpdyn.model.ground_motions.records.components.pairing import pairs
 
 NAMES = ("x", "y", "vertical")
 MOST_COSINE = 0.05  # of the angle between both components: 3 degrees off a right angle
@@ -24,7 +26,8 @@ class PairOfMotions:
 
     The components of base motion of a LumpedStructure are, in this order, `x`, `y` and `vertical`; a scale factor
     multiplies all of them. In a design, a measure of one component, such as the peak ground acceleration, becomes the
-    geometric mean of `x` and `y`.
+    geometric mean of `x` and `y`; `LargerComponent` and `RotatedSpectralAcceleration` (RotD50, RotD100) are other
+    measures of pairs. A random angle of incidence is the parameter `incidence_angle` of the structure.
 
     Args:
         x: Component along the first influence vector of the structure.
@@ -65,7 +68,8 @@ class PairOfMotions:
             if motion.values.size != self.x.values.size:
                 raise ValueError(
                     f"pair {self.name!r}: x has {self.x.values.size} samples and {name} has {motion.values.size}; the "
-                    "numbers must be equal: add zeros to the shorter one, or cut the longer one"
+                    "numbers must be equal: call PairOfMotions.from_records(motions), which adds zeros to the shorter "
+                    "one, or cut the longer one"
                 )
         for name, motion in zip(NAMES[:2], self.components, strict=False):
             if orientation(motion.component).kind == "vertical":
@@ -79,6 +83,34 @@ class PairOfMotions:
                 f"pair {self.name!r}: the components {self.x.component!r} and {self.y.component!r} are not "
                 "perpendicular: give two components that are 90 degrees apart"
             )
+
+    @classmethod
+    def from_records(cls, motions: Sequence[GroundMotion]) -> list[PairOfMotions]:
+        """Return the pair of each record, with the name of the record; zeros are added to the shorter component.
+
+        Args:
+            motions: The motions, two horizontal ones for each `record`; vertical components are ignored.
+
+        Raises:
+            ValueError: If motions are not pairs (see `records.pairs`), or the components of a record have different
+                steps or are not perpendicular.
+            TypeError: If a motion is not a GroundMotion.
+
+        Example:
+            >>> from dataclasses import replace
+            >>> recorded = [replace(motions[i], record="quake", component="NE"[i]) for i in (0, 1)]
+            >>> wd.PairOfMotions.from_records(recorded)
+            [PairOfMotions('quake', 9.98 s at steps of 0.02 s, PGA 0.7112 g and 0.9043 g)]
+        """
+        found = []
+        for first, second in pairs(motions):
+            longest = max(first.values.size, second.values.size)
+            x, y = (
+                replace(each, acceleration=np.append(each.acceleration, np.zeros(longest - each.values.size)))
+                for each in (first, second)
+            )
+            found.append(cls(x, y, name=first.record))
+        return found
 
     @property
     def components(self) -> tuple[GroundMotion, ...]:

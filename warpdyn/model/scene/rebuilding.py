@@ -37,7 +37,7 @@ OWN: dict[str, Any] = {  # name -> class of warpdyn that the JSON may contain
         *(one_component.PeakGroundDisplacement, one_component.AriasIntensity),
         *(one_component.CumulativeAbsoluteVelocity, one_component.SignificantDuration),
         *(one_component.SpectralAcceleration, one_component.AverageSpectralAcceleration),
-        *(pairs.GeometricMean, pairs.RotatedSpectralAcceleration),
+        *(pairs.GeometricMean, pairs.LargerComponent, pairs.RotatedSpectralAcceleration),
         *(scatter.RandomFactor, scatter.RandomValue, scatter.GivenValues),
         *(distributions.Normal, distributions.Lognormal, distributions.Uniform),
     )

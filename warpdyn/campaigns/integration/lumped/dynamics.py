@@ -97,6 +97,7 @@ class LumpedDynamics(Dynamics):
             has_dashpots=is_damped,
             pairs=structure.pairs,
             biaxial_law=self.biaxial_law,
+            resultants=structure.resultants,
             **tables,
         )
 
@@ -123,7 +124,7 @@ class LumpedDynamics(Dynamics):
         inverse = without_rounding((inverse + inverse.transpose(0, 2, 1)) / 2, ROUNDED)
         fixed = {name: structure.matrices.get(name, 0.0) for name in ("stiffness_matrix", "geometric_stiffness")}
         elastic = fixed["stiffness_matrix"] - fixed["geometric_stiffness"] + np.zeros_like(mass)
-        influence = np.broadcast_to(structure.influence, (count, *structure.influence.shape))
+        influence = structure.influences(parameters)
         drive = influence
         if structure.load_mass is not None:
             drive = inverse @ structure.load_masses(parameters) @ influence

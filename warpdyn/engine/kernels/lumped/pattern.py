@@ -70,13 +70,15 @@ class Pattern:
         damping: Damping matrix, without the dashpots of the springs, [dof, dof].
         drive: M^-1 times the load mass times the influence matrix, [dof, component].
         unmoved: Influence matrix minus `drive`, [dof, component]; empty if the load mass is the mass matrix.
-        output: Outputs, from displacements of the degrees of freedom, [output, dof].
+        output: Outputs, from displacements of the degrees of freedom, [row, dof]: the first rows of all outputs, then
+            the other rows of resultants.
         mass: Mass matrix, [dof, dof].
         pull: Load mass times influence matrix, [dof, component].
         components: Number of components of the base motion.
         has_dashpots: Whether a spring has a dashpot.
         pairs: Number of biaxial springs; the deformations of their components are the last rows of `deformation`.
         biaxial_law: Device functions of the biaxial springs; None without such springs.
+        resultants: For each output the places of its other rows; () for an output that is not a resultant.
     """
 
     deformation: Table
@@ -92,6 +94,7 @@ class Pattern:
     has_dashpots: bool = False
     pairs: int = 0
     biaxial_law: StoreyRules | None = None
+    resultants: tuple[tuple[int, ...], ...] = ()
 
     @property
     def springs(self) -> int:

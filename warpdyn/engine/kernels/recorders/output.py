@@ -1,4 +1,7 @@
-"""The largest value of every output of a lumped structure: a linear combination of its displacements."""
+"""The largest value of every output of a lumped structure: a linear combination of its displacements, or a resultant.
+
+A resultant is the square root of the sum of the squares of several linear combinations at each time.
+"""
 
 from warpdyn.foundations.core.output_variables import Variable
 
@@ -15,7 +18,7 @@ def wanted(plan):
 
 
 def values_held(plan):
-    return plan.length("output")
+    return len(plan.pattern.output.rows)
 
 
 def names(plan):
@@ -23,14 +26,14 @@ def names(plan):
 
     from warpdyn.engine.kernels.lumped.assembly import first_places
     from warpdyn.engine.kernels.lumped.pattern import products
-    from warpdyn.engine.kernels.plan import DTYPES, state_of_stage
+    from warpdyn.engine.kernels.plan import DTYPES
 
-    pattern, count, displacement = plan.pattern, plan.length("output"), state_of_stage(plan)[0]
+    pattern, count = plan.pattern, plan.length("output")
     if plan.storeys is None:
         text = products(
             pattern.output,
             "terms",
-            lambda dof: f"{displacement}[{dof}, j]",
+            lambda dof: f"u[{dof}, j]",
             lambda place: f"present_output[{place}, j]",
             first=first_places(pattern)["output"],
         )
@@ -41,11 +44,25 @@ def names(plan):
         count //= plan.sections
         listed = numbers([each for row in plan.storeys.outputs for each in row])
         own = {"output_number": listed, "number_of_output": "output_number(section * OUTPUTS + m)"}
+    rows = max(1, len(pattern.output.rows) // plan.sections)
     return {
         "OUTPUTS": count,
         **own,
-        "output_rows": wp.types.matrix(shape=(max(1, count), plan.lanes), dtype=DTYPES[plan.dtype]),
+        "RESULTANTS": resultants(pattern) or "pass",
+        "output_rows": wp.types.matrix(shape=(rows, plan.lanes), dtype=DTYPES[plan.dtype]),
     }
+
+
+def resultants(pattern):
+    """Return statements that replace the first row of each resultant by the root of the sum of all squares."""
+    lines = []
+    for place, others in enumerate(pattern.resultants):
+        if others:
+            squares = [f"present_output[{row}, j] * present_output[{row}, j]" for row in (place, *others)]
+            lines.append(f"present_output[{place}, j] = {squares[0]}")
+            lines += [f"present_output[{place}, j] += {square}" for square in squares[1:]]
+            lines.append(f"present_output[{place}, j] = wp.sqrt(present_output[{place}, j])")
+    return "\n    ".join(["for j in range(LANES):", *lines]) if lines else ""
 
 
 def declare():
@@ -55,14 +72,15 @@ def declare():
 
 def see_state():
     if BY_STOREY:
-        slot("find_lower_floor")
+        slot("find_accepted_floor")
         for floor in range(FLOORS):
             for j in range(LANES):
-                slot("compare_floors")
+                slot("compare_accepted_floors")
                 STOREY_OUTPUTS
-                slot("leave_floor")
+                slot("leave_accepted_floor")
     else:
         PRESENT_OUTPUTS
+        RESULTANTS
     for j in range(LANES):
         for m in range(OUTPUTS):
             size = wp.abs(present_output[m, j])

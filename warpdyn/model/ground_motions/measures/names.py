@@ -17,12 +17,12 @@ from warpdyn.model.ground_motions.measures.one_component import (
     SignificantDuration,
     SpectralAcceleration,
 )
-from warpdyn.model.ground_motions.measures.pairs import GeometricMean, RotatedSpectralAcceleration
+from warpdyn.model.ground_motions.measures.pairs import GeometricMean, LargerComponent, RotatedSpectralAcceleration
 from warpdyn.model.ground_motions.motions import GroundMotion
 
 UNDERSTOOD = (
     "PGA, PGV, PGD, IA or 'Arias intensity', CAV, D5-95, D5-75, D20-80, SA(0.75) or 'Sa(0.75 s, 5 %)', SA0P75 and "
-    "AvgSA, each also as 'geometric mean of ...' or 'RotD50 ...'"
+    "AvgSA, each also as 'geometric mean of ...', 'larger component of ...' or 'RotD50 ...'"
 )
 _WITHOUT_PERIOD: tuple[IntensityMeasure, ...] = (
     PeakGroundAcceleration(),
@@ -37,7 +37,10 @@ _WITHOUT_PERIOD: tuple[IntensityMeasure, ...] = (
 _BY_NAME = {name.casefold(): measure for measure in _WITHOUT_PERIOD for name in (measure.name, measure.kind)}
 
 _NUMBER = r"(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][-+]?\d+)?"
-_COMPONENTS = re.compile(r"(?P<mean>geometric mean)(?: of)? +|RotD(?P<percentile>\d+)(?: of)? +", re.IGNORECASE)
+_COMPONENTS = re.compile(
+    r"(?P<mean>geometric mean)(?: of)? +|(?P<larger>larger component)(?: of)? +|RotD(?P<percentile>\d+)(?: of)? +",
+    re.IGNORECASE,
+)
 _AVERAGE = re.compile(
     rf"(?:AvgSA|Sa_avg)(?:\((?:(?P<low>{_NUMBER})(?: *s)? to (?P<high>{_NUMBER}) *s)?.*?"
     rf"(?:, *(?P<damping>{_NUMBER}) *%)?\))?",
@@ -85,8 +88,10 @@ def measure_named(name: str) -> IntensityMeasure | None:
     if not combined:
         return _of_one_component(text)
     measure = _of_one_component(text[combined.end() :])
-    if measure is None or combined["mean"]:
-        return measure and GeometricMean(measure)
+    if measure is None:
+        return None
+    if combined["mean"] or combined["larger"]:
+        return GeometricMean(measure) if combined["mean"] else LargerComponent(measure)
     percentile = int(combined["percentile"])
     if isinstance(measure, SpectralAcceleration) and percentile <= 100:
         return RotatedSpectralAcceleration(measure.period, measure.damping_ratio, percentile)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -44,24 +45,10 @@ class PairMeasure(IntensityMeasure):
         raise NotImplementedError
 
 
-@with_suggestions
-@dataclass(frozen=True)
-class GeometricMean(PairMeasure):
-    """The geometric mean of a measure over both horizontal components in the recorded directions.
+class CombinedComponents(PairMeasure):
+    """Base class of measures that combine the values of one measure for both components, in the recorded directions.
 
-    Args:
-        measure: The measure of one component.
-
-    Raises:
-        ValueError: From `values`, if motions are not pairs (see `records.pairs`).
-        TypeError: If `measure` is not an intensity measure of one component.
-
-    Example:
-        >>> both = dict(step=0.02, record="quake")
-        >>> components = [wd.GroundMotion(noise[i], **both, component="NE"[i]) for i in (0, 1)]
-        >>> measure = wd.GeometricMean(wd.PeakGroundAcceleration())
-        >>> measure.values(components).round(2)
-        array([7.86, 7.86])
+    A subclass defines `components` and `combined`.
     """
 
     measure: IntensityMeasure
@@ -81,18 +68,13 @@ class GeometricMean(PairMeasure):
         return f"{self.components} of {self.measure.name}"
 
     @property
-    def components(self) -> str:
-        """How two components are combined: "geometric mean"."""
-        return "geometric mean"
-
-    @property
     def kind(self) -> str:
-        """OpenQuake's name of the measure whose mean is computed, such as "PGA"."""
+        """OpenQuake's name of the measure of one component, such as "PGA"."""
         return self.measure.kind
 
     @property
     def parameters(self) -> tuple[float, ...]:
-        """Damping ratio [%] and periods [s] of the measure whose mean is computed."""
+        """Damping ratio [%] and periods [s] of the measure of one component."""
         return self.measure.parameters
 
     def attributes(self) -> dict[str, object]:
@@ -100,9 +82,71 @@ class GeometricMean(PairMeasure):
         return self.measure.attributes() | {MEASURE: self.name}
 
     def pair_values(self, both: Sequence[tuple[GroundMotion, GroundMotion]]) -> np.ndarray:
-        """Return the geometric mean of the measure over the components of each pair [units], shape [pair]."""
+        """Return the combination of the measures of the components of each pair [units], shape [pair]."""
         values = self.measure.values([motion for pair in both for motion in pair])
-        return np.sqrt(values[::2] * values[1::2])
+        return self.combined(values[::2], values[1::2])
+
+    @abstractmethod
+    def combined(self, first: np.ndarray, second: np.ndarray) -> np.ndarray:
+        """Return the combination of the measures of both components, all of shape [pair]."""
+
+
+@with_suggestions
+@dataclass(frozen=True)
+class GeometricMean(CombinedComponents):
+    """The geometric mean of a measure over both horizontal components in the recorded directions.
+
+    Args:
+        measure: The measure of one component.
+
+    Raises:
+        ValueError: From `values`, if motions are not pairs (see `records.pairs`).
+        TypeError: If `measure` is not an intensity measure of one component.
+
+    Example:
+        >>> both = dict(step=0.02, record="quake")
+        >>> components = [wd.GroundMotion(noise[i], **both, component="NE"[i]) for i in (0, 1)]
+        >>> measure = wd.GeometricMean(wd.PeakGroundAcceleration())
+        >>> measure.values(components).round(2)
+        array([7.86, 7.86])
+    """
+
+    measure: IntensityMeasure
+    components = "geometric mean"
+
+    def combined(self, first: np.ndarray, second: np.ndarray) -> np.ndarray:
+        """Return the geometric means of the measures of both components, shape [pair]."""
+        return np.sqrt(first * second)
+
+
+@with_suggestions
+@dataclass(frozen=True)
+class LargerComponent(CombinedComponents):
+    """The larger value of a measure among both horizontal components in the recorded directions.
+
+    Args:
+        measure: The measure of one component.
+
+    Raises:
+        ValueError: From `values`, if motions are not pairs (see `records.pairs`).
+        TypeError: If `measure` is not an intensity measure of one component.
+
+    Example:
+        >>> both = dict(step=0.02, record="quake")
+        >>> components = [wd.GroundMotion(noise[i], **both, component="NE"[i]) for i in (0, 1)]
+        >>> larger = wd.LargerComponent(wd.PeakGroundAcceleration())
+        >>> float(larger.values(components)[0]) == max(each.peak_ground_acceleration for each in components)
+        True
+        >>> larger.name
+        'larger component of PGA'
+    """
+
+    measure: IntensityMeasure
+    components = "larger component"
+
+    def combined(self, first: np.ndarray, second: np.ndarray) -> np.ndarray:
+        """Return the larger ones of the measures of both components, shape [pair]."""
+        return np.maximum(first, second)
 
 
 @with_suggestions

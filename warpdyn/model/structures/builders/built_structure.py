@@ -15,7 +15,7 @@ class BuiltStructure(LumpedStructure):
     def scatter_problem(self, name: str, *, is_common_factor: bool) -> str | None:
         """Return why the stiffness cannot be random if outputs are forces; None for other parameters."""
         if name != "stiffness" or BASE_SHEAR not in self.outputs:
-            return None
+            return super().scatter_problem(name, is_common_factor=is_common_factor)
         return (
             f"the outputs {BASE_SHEAR!r} and the moments are computed from the nominal stiffness, and would be wrong "
             f"for a random one: build the structure with {type(self).__name__}(..., force_outputs=False)"

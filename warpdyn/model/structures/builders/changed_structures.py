@@ -54,7 +54,7 @@ def arguments_after(structure: LumpedStructure, dofs: Sequence[str], old: np.nda
             moved.direction = row_in_new(spring.direction)
             springs.append(moved)
     springs += [BiaxialSpring.of_components(*pair) for pair in zip(components[::2], components[1::2], strict=True)]
-    outputs = {name: row_in_new(row) for name, row in structure.outputs.items()}
+    outputs = {name: [row_in_new(row) for row in rows] for name, rows in structure.outputs.items()}
     return {**found, **structure.kinds.given, "springs": springs, "outputs": outputs}
 
 

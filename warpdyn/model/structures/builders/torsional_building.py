@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from warpdyn.engine.laws import Parameter
 from warpdyn.engine.laws.law import Law
-from warpdyn.foundations.core.checks import checked_text, finite_numbers, one_of, real_number, shortened
+from warpdyn.foundations.core.checks import checked_text, finite_numbers, one_of, real_number, shortened, true_or_false
 from warpdyn.foundations.core.frozen_values import FrozenMapping
 from warpdyn.foundations.core.near_misses import with_suggestions
 from warpdyn.model.structures.builders.storey_springs import axial_forces, storey_springs
@@ -18,7 +18,7 @@ from warpdyn.model.structures.lumped.biaxial_spring import BiaxialSpring
 from warpdyn.model.structures.lumped.matrices import Values
 from warpdyn.model.structures.lumped.places.storey_values import floor_masses, storey_values
 from warpdyn.model.structures.lumped.spring import Spring
-from warpdyn.model.structures.lumped.structure import MOST_DOFS, LumpedStructure
+from warpdyn.model.structures.lumped.structure import FACTOR_OF_ZERO, MOST_DOFS, LumpedStructure
 from warpdyn.model.structures.lumped.torsion import torsional_matrices
 
 ECCENTRICITIES = ("eccentricity_x", "eccentricity_y")
@@ -88,7 +88,9 @@ class TorsionalBuilding(LumpedStructure):
     storey is the displacement of its point along its direction, less that of the floor below.
 
     Outputs are the storey drifts of the edges of the plan: "x1 at y=-6" is the drift in x of storey 1 at the edge (and
-    both corners) y = -6 m.
+    both corners) y = -6 m. With `corner_drifts=True` the outputs include the resultant drifts of the corners, i.e. the
+    square root of the sum of the squares (SRSS) of the drifts in x and y at each time: "1 at x=-10, y=-6" is that of
+    storey 1.
 
     The parameters `eccentricity_x` and `eccentricity_y` [m] move the centres of mass of all floors; their value is 0,
     and `scatter` can make them random: `{"eccentricity_x": wd.RandomValue(wd.Uniform(-1.0, 1.0))}`.
@@ -105,6 +107,7 @@ class TorsionalBuilding(LumpedStructure):
         gravity_load: Vertical load of each floor [N], shape [floor], or "weight" for the weight of the floor masses;
             None: no P-Delta. The load of a floor has the distribution in plan of its mass without
             `eccentricity_x` and `eccentricity_y`.
+        corner_drifts: Whether the outputs include the resultant drift of each corner in each storey.
         damping: Inherent damping, as for a LumpedStructure: "none", "rayleigh", "mass_proportional",
             "stiffness_proportional" or "modal".
         damping_ratio: Viscous damping ratio [1].
@@ -147,6 +150,7 @@ class TorsionalBuilding(LumpedStructure):
         base_motion: str = "xy",
         storey_height: ArrayLike | None = None,
         gravity_load: ArrayLike | str | None = None,
+        corner_drifts: bool = False,
         damping: str = "none",
         damping_ratio: float | None = None,
         damping_modes: tuple[int, int] | None = None,
@@ -176,6 +180,9 @@ class TorsionalBuilding(LumpedStructure):
             directions = [_as_coefficients(row, names) for row in rows]
             of_frame = [f"{frame.name} {storey + 1}" for storey in range(floors)]
             springs += storey_springs(where, of_frame, directions, stiffness, frame.law, frame.parameters)
+        outputs: dict[str, Any] = _edge_drifts(ends, floors)
+        if true_or_false("corner_drifts", corner_drifts):
+            outputs |= _corner_drifts(outputs, ends, floors)
         of_centre = matrices.mass.diagonal().copy()
         of_centre[2::3] -= masses * (centres**2).sum(axis=1)
         self._set_up(
@@ -186,17 +193,19 @@ class TorsionalBuilding(LumpedStructure):
             influence=[_as_coefficients(matrices.influence[:, each], names) for each in BASE_MOTIONS[base_motion]],
             geometric_stiffness=_geometric_stiffness(matrices.mass, masses, storey_height, gravity_load),
             damping_matrix=damping_matrix,
-            outputs=(edge_drifts := _edge_drifts(ends, floors)),
-            output_units=dict.fromkeys(edge_drifts, "m"),
+            outputs=outputs,
+            output_units=dict.fromkeys(outputs, "m"),
             damping=damping,
             damping_ratio=damping_ratio,
             damping_modes=damping_modes,
         )
 
     def scatter_problem(self, name: str, *, is_common_factor: bool) -> str | None:
-        """Return why the masses of one floor would contradict each other; None for other parameters."""
+        """Return why the masses of one floor would contradict each other, or a factor has no effect; else None."""
+        if name in ECCENTRICITIES and is_common_factor:
+            return FACTOR_OF_ZERO.format(name, "-1.0, 1.0")
         if name != "mass" or is_common_factor:
-            return None
+            return super().scatter_problem(name, is_common_factor=is_common_factor)
         return (
             "the masses of a floor in x and y are equal, and its moment of inertia follows from them: give "
             "RandomFactor(..., per='building'), which multiplies all of them"
@@ -309,6 +318,16 @@ def _edge_drifts(plan: np.ndarray, floors: int) -> dict[str, Mapping[str, float]
                     row |= {f"u{axis}{floor - 1}": -1.0, f"theta{floor - 1}": -sign * place}
                 found[f"{axis}{floor} at {across}={place:g}"] = row
     return found
+
+
+def _corner_drifts(of_edges: Mapping[str, Mapping[str, float]], plan: np.ndarray, floors: int) -> dict[str, list]:
+    """Return the resultant storey drifts of the corners, {name: [coefficients in x, coefficients in y]}."""
+    return {
+        f"{storey} at x={x:g}, y={y:g}": [of_edges[f"x{storey} at y={y:g}"], of_edges[f"y{storey} at x={x:g}"]]
+        for storey in range(1, floors + 1)
+        for x in plan[0]
+        for y in plan[1]
+    }
 
 
 def _geometric_stiffness(

@@ -8,10 +8,11 @@ import numpy as np
 
 from warpdyn.model.structures.lumped.biaxial_spring import Component
 from warpdyn.model.structures.lumped.damping import rayleigh_factors
-from warpdyn.model.structures.lumped.names import row_of
+from warpdyn.model.structures.lumped.names import Rows, row_of
 from warpdyn.model.structures.lumped.spring import Spring
 
 Values = Mapping[str, np.ndarray]
+INCIDENCE = "incidence_angle"  # parameter of structures under pairs of motions
 SAME_FACTOR = 1e-9  # largest relative difference of two factors on masses that count as equal
 ROUNDED_DAMPING = 1e-12  # see `without_rounding`: entries of modal damping matrices
 OF_DOFS = ("mass",)  # parameters with one value per degree of freedom; others have one per spring or per structure
@@ -25,7 +26,8 @@ class LumpedMatrices:
     matrices: Mapping[str, np.ndarray]
     load_mass: np.ndarray | None
     parameters: Mapping[str, np.ndarray]
-    outputs: Mapping[str, Mapping[str, float]]
+    influence: np.ndarray
+    outputs: Mapping[str, Rows]
     damping: str
     damping_modes: tuple[int, int] | None
 
@@ -36,9 +38,20 @@ class LumpedMatrices:
 
     @property
     def output_rows(self) -> np.ndarray:
-        """Coefficients of the outputs, shape [output, dof]."""
-        rows: Sequence[np.ndarray] = [row_of(row, self.dof_names) for row in self.outputs.values()]
+        """Coefficients of the outputs, shape [row, dof]: the first rows of all outputs, then the others."""
+        given = list(self.outputs.values())
+        ordered = [rows[0] for rows in given] + [row for rows in given for row in rows[1:]]
+        rows: Sequence[np.ndarray] = [row_of(row, self.dof_names) for row in ordered]
         return np.stack(rows) if rows else np.zeros((0, len(self.dof_names)))
+
+    @property
+    def resultants(self) -> tuple[tuple[int, ...], ...]:
+        """For each output the places of its rows in `output_rows` after the first one; () for an ordinary output."""
+        found, place = [], len(self.outputs)
+        for rows in self.outputs.values():
+            found.append(tuple(range(place, place + len(rows) - 1)))
+            place += len(rows) - 1
+        return tuple(found)
 
     @property
     def loaded_coupling(self) -> np.ndarray | None:
@@ -91,6 +104,12 @@ class LumpedMatrices:
         # The difference between both matrices, such as an inertance, is not random.
         nominal = self.mass_matrices({name: each[None] for name, each in self.parameters.items()})
         return mass - (nominal - self.load_mass)
+
+    def influences(self, values: Values) -> np.ndarray:
+        """Return the influence matrices [1], shape [structure, dof, component], of structures at drawn angles."""
+        if INCIDENCE in values:
+            return turned_influence(self.influence, values[INCIDENCE])
+        return np.broadcast_to(self.influence, (len(values["mass"]), *self.influence.shape))
 
     def of_springs(self, per_spring: np.ndarray) -> np.ndarray:
         """Return the matrix of springs with these stiffnesses or dashpots, shape [structure, dof, dof].
@@ -156,6 +175,27 @@ class LumpedMatrices:
 def of_springs_only(values: Values) -> dict[str, np.ndarray]:
     """Return the parameters without those that have one value per degree of freedom, for the laws of the springs."""
     return {name: each for name, each in values.items() if name not in OF_DOFS}
+
+
+def turned_influence(influence: np.ndarray, angle: np.ndarray) -> np.ndarray:
+    """Return the influence matrices of structures that are turned anticlockwise, seen from above.
+
+    The first two components of the base motion are horizontal and perpendicular. In the axes of the turned structure
+    they are c x + s y and c y - s x, with the cosine c and the sine s of the angle.
+
+    Args:
+        influence: Displacements of the degrees of freedom under unit displacements of the base, shape [dof, component].
+        angle: Angle of each structure [rad], shape [structure].
+
+    Returns:
+        The matrices, shape [structure, dof, component].
+    """
+    cosine, sine = (function(angle)[:, None] for function in (np.cos, np.sin))
+    found = np.repeat(influence[None], len(angle), axis=0)
+    x, y = influence[:, 0], influence[:, 1]
+    found[:, :, 0] = cosine * x - sine * y
+    found[:, :, 1] = sine * x + cosine * y
+    return found
 
 
 def without_rounding(matrices: np.ndarray, share: float) -> np.ndarray:

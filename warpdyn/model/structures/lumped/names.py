@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from warpdyn.foundations.core.checks import checked_text, finite_numbers, real_number, shortened
+from warpdyn.foundations.core.frozen_values import FrozenMapping
 from warpdyn.foundations.core.near_misses import did_you_mean
 
 MOST_COMPONENTS = 6  # of the base motion
@@ -30,6 +31,34 @@ def check_known(what: str, given: Collection[str], dofs: Sequence[str]) -> None:
                 f"{what} names the unknown degree of freedom {name!r}{did_you_mean(name, list(dofs))}; there are "
                 f"{listed}"
             )
+
+
+Rows = tuple[Mapping[str, float], ...]  # of one output; an output with several rows is their resultant
+
+
+def checked_outputs(given: object, dofs: Sequence[str]) -> Mapping[str, Rows]:
+    """Return the outputs of a structure, {name: rows}, or raise an error that names the output."""
+    if given is None:
+        return FrozenMapping({})
+    if not isinstance(given, Mapping):
+        raise TypeError(f"outputs must be a dictionary, such as {{'corner': {{'x': 1.0}}}}, got {shortened(given)}")
+    found = {}
+    for name, rows in given.items():
+        what = f"output {checked_text('outputs: a name', name)!r}"
+        if isinstance(rows, list | tuple) and not rows:
+            raise ValueError(f"{what} is an empty list: give one dictionary, or two for a resultant")
+        listed = rows if isinstance(rows, list | tuple) else (rows,)
+        found[name] = tuple(checked_coefficients(what, row) for row in listed)
+        for row in found[name]:
+            check_known(what, row, dofs)
+            if not any(row.values()):
+                raise ValueError(f"{what} depends on no degree of freedom: give a coefficient other than 0")
+    return FrozenMapping(found)
+
+
+def as_given(outputs: Mapping[str, Rows]) -> dict[str, dict[str, float] | list[dict[str, float]]]:
+    """Return outputs as arguments: a dictionary for each linear combination, and a list for each resultant."""
+    return {name: dict(rows[0]) if len(rows) == 1 else [dict(row) for row in rows] for name, rows in outputs.items()}
 
 
 def row_of(given: Mapping[str, float], dofs: Sequence[str]) -> np.ndarray:

@@ -11,18 +11,19 @@ from numpy.typing import ArrayLike
 
 from warpdyn.engine.laws import Parameter
 from warpdyn.engine.laws.building_law import BuildingLaw
-from warpdyn.foundations.core.checks import checked_text, real_number, shortened
+from warpdyn.foundations.core.checks import real_number
 from warpdyn.foundations.core.frozen_values import FrozenMapping
 from warpdyn.foundations.core.near_misses import did_you_mean, with_suggestions
 from warpdyn.model.structures.lumped.biaxial_spring import BiaxialSpring
 from warpdyn.model.structures.lumped.damping import checked_damping
-from warpdyn.model.structures.lumped.matrices import OF_DOFS, LumpedMatrices, of_springs_only, undamped
+from warpdyn.model.structures.lumped.matrices import INCIDENCE, OF_DOFS, LumpedMatrices, of_springs_only, undamped
 from warpdyn.model.structures.lumped.names import (
+    as_given,
     check_dissipates,
-    check_known,
     checked_coefficients,
     checked_influence,
     checked_matrix,
+    checked_outputs,
 )
 from warpdyn.model.structures.lumped.places.kinds import kinds_of
 from warpdyn.model.structures.lumped.places.spring_values import checked_springs, parameters_of_springs, spring_values
@@ -34,7 +35,8 @@ MOST_DOFS = 64
 LEAST_OF_STIFFNESS = 1e-13  # least squared frequency of a structure that cannot move freely, over the highest one
 LEAST_OF_MASS = 1e-12  # least eigenvalue of the mass matrix, scaled to a diagonal of ones
 PAIR = 2  # components of a biaxial spring
-OF_STRUCTURE = ("damping_ratio",)
+OF_STRUCTURE = ("damping_ratio", INCIDENCE)
+FACTOR_OF_ZERO = "the nominal value of {} is 0, which a factor does not change: give wd.RandomValue(wd.Uniform({}))"
 MATRICES = {  # with their units
     "mass_matrix": "kg",
     "stiffness_matrix": "N/m",
@@ -49,6 +51,10 @@ class LumpedStructure(LumpedMatrices, Structure):
 
     M q'' + C q' + spring forces + (K - K_geometric) q = -M_load I a(t), with the influence matrix I and the base
     accelerations a(t). Displacements q are relative to the base.
+
+    A structure with two or more influence vectors has the parameter `incidence_angle` [rad], which `scatter` can
+    make random: `{"incidence_angle": wd.RandomValue(wd.Uniform(0.0, 2 * np.pi))}`. It turns the structure anticlockwise
+    below the first two components of the motion, as `PairOfMotions.turned` does. Its nominal value is 0.
 
     Args:
         mass: Mass of each degree of freedom, {name: mass}: [kg] for a translation, [kg m2] for a rotation.
@@ -65,7 +71,9 @@ class LumpedStructure(LumpedMatrices, Structure):
         damping_matrix: Viscous damping in addition to `damping` [N s/m], symmetric, shape [dof, dof].
         geometric_stiffness: Stiffness that gravity takes away [N/m], symmetric, shape [dof, dof].
         outputs: Outputs as linear combinations of the displacements [m], or of displacements times a stiffness [N],
-            {name: {degree of freedom: coefficient}}.
+            {name: {degree of freedom: coefficient}}. A list of such dictionaries, {name: [{...}, {...}]}, is a
+            resultant: the square root of the sum of the squares (SRSS) of these combinations at each time, such as the
+            displacement in plan from those in x and y.
         damping: Inherent damping:
             "none";
             "rayleigh" (`damping_ratio` in the two modes `damping_modes`; in proportion to mass and initial stiffness
@@ -123,7 +131,7 @@ class LumpedStructure(LumpedMatrices, Structure):
         stiffness_matrix: ArrayLike | None = None,
         damping_matrix: ArrayLike | None = None,
         geometric_stiffness: ArrayLike | None = None,
-        outputs: Mapping[str, Mapping[str, float]] | None = None,
+        outputs: Mapping[str, Mapping[str, float] | Sequence[Mapping[str, float]]] | None = None,
         damping: str = "none",
         damping_ratio: float | None = None,
         damping_modes: tuple[int, int] | None = None,
@@ -140,7 +148,7 @@ class LumpedStructure(LumpedMatrices, Structure):
         self.pairs = sum(isinstance(each, BiaxialSpring) for each in springs)
         directions = [spring.direction for spring in self.springs]
         self.influence = checked_influence(influence, self.dof_names, directions)
-        self.outputs = self._outputs(outputs)
+        self.outputs = checked_outputs(outputs, self.dof_names)
         self.kinds = kinds_of(self.dof_names, self.springs, self.outputs, rotations, groups, output_units)
         given = dict(zip(MATRICES, (mass_matrix, stiffness_matrix, damping_matrix, geometric_stiffness), strict=True))
         self.matrices: Mapping[str, np.ndarray] = FrozenMapping(
@@ -164,6 +172,8 @@ class LumpedStructure(LumpedMatrices, Structure):
         arrays = {"mass": np.array(list(masses.values())), **spring_values(self.springs)}
         if damping_ratio is not None:
             arrays["damping_ratio"] = np.array(real_number("damping_ratio", damping_ratio))
+        if self.components > 1 and not self.is_vehicle:
+            arrays[INCIDENCE] = np.array(0.0)
         self.parameter_table: Mapping[str, Parameter] = FrozenMapping(parameters_of_springs(self.storey_law, arrays))
         for name in OF_STRUCTURE:
             problem = name in arrays and self.parameter_table[name].first_violation(name, arrays[name], ())
@@ -173,25 +183,14 @@ class LumpedStructure(LumpedMatrices, Structure):
         if problem := self.problem(self.parameters):
             raise ValueError(problem)
 
-    def _outputs(self, given: object) -> Mapping[str, Mapping[str, float]]:
-        """Return the outputs, checked."""
-        if given is None:
-            return FrozenMapping({})
-        if not isinstance(given, Mapping):
-            raise TypeError(f"outputs must be a dictionary, such as {{'corner': {{'x': 1.0}}}}, got {shortened(given)}")
-        found = {}
-        for name, row in given.items():
-            what = f"output {checked_text('outputs: a name', name)!r}"
-            found[name] = checked_coefficients(what, row)
-            check_known(what, found[name], self.dof_names)
-            if not any(found[name].values()):
-                raise ValueError(f"{what} depends on no degree of freedom: give a coefficient other than 0")
-        return FrozenMapping(found)
-
     def problem(self, values: Mapping[str, np.ndarray]) -> str | None:
         """Return a sentence on a wrong mass, a free motion or wrong parameters of springs; None if all are right."""
         problem = self._mass_problem(values) or self._stiffness_problem(values)
         return problem or self._pair_problem(values) or self.storey_law.problem(of_springs_only(values))
+
+    def scatter_problem(self, name: str, *, is_common_factor: bool) -> str | None:
+        """Return why a factor cannot change the angle of incidence; None for other parameters."""
+        return FACTOR_OF_ZERO.format(name, "0, 2 * np.pi") if is_common_factor and name == INCIDENCE else None
 
     def _pair_problem(self, values: Mapping[str, np.ndarray]) -> str | None:
         """Return a sentence on a parameter with different values in the components of a biaxial spring, or None."""
@@ -325,7 +324,7 @@ class LumpedStructure(LumpedMatrices, Structure):
             "damping": self.damping,
         }
         found |= {"damping_modes": list(self.damping_modes)} if self.damping_modes else {}
-        found |= {"outputs": {name: dict(row) for name, row in self.outputs.items()}} if self.outputs else {}
+        found |= {"outputs": as_given(self.outputs)} if self.outputs else {}
         found |= {name: matrix.tolist() for name, matrix in self.matrices.items()}
         found |= {} if self.load_mass is None else {"load_mass": self.load_mass.tolist()}
         found |= {**self.kinds.given} | ({"is_vehicle": True} if self.is_vehicle else {})

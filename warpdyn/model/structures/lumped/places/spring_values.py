@@ -12,6 +12,7 @@ from warpdyn.engine.laws.building_law import BuildingLaw
 from warpdyn.foundations.core.checks import shortened
 from warpdyn.model.structures.damping import DAMPING_RATIO
 from warpdyn.model.structures.lumped.biaxial_spring import BiaxialSpring, Component
+from warpdyn.model.structures.lumped.matrices import INCIDENCE
 from warpdyn.model.structures.lumped.names import check_known
 from warpdyn.model.structures.lumped.spring import Spring
 
@@ -62,6 +63,7 @@ def parameters_of_springs(law: BuildingLaw, arrays: Mapping[str, np.ndarray]) ->
         "damping_coefficient": Parameter("N s m-1", "coefficient of the spring's dashpot", low=0.0),
         "deformation_capacity": Parameter("m", "deformation of the spring at collapse", low=0.0, low_open=True),
         "damping_ratio": DAMPING_RATIO,
+        INCIDENCE: Parameter("rad", "angle from the first component of the motion to the x axis of the structure"),
     }
     of_laws = {
         name: replace(each, long_name=each.long_name.replace("storey", "spring"))
