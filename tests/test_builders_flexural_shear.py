@@ -9,7 +9,11 @@ from scipy.integrate import solve_ivp
 
 import warpdyn as wd
 
-pytestmark = [pytest.mark.meant_as_given("no_damping", "damping_ratio", "first_period", "strongest_motion")]
+pytestmark = [
+    pytest.mark.meant_as_given(
+        "no_damping", "gravity_load_over_weight", "damping_ratio", "first_period", "strongest_motion"
+    )
+]
 SETTINGS = {"dtype": "float64", "device": "cpu"}
 BENDING, SHEAR = 2.39250923e11, 1.06333744e9
 

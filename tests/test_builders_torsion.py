@@ -10,7 +10,11 @@ from scipy.integrate import solve_ivp
 import warpdyn as wd
 
 # Structures of the cases are round, and some are undamped or yield a lot.
-pytestmark = [pytest.mark.meant_as_given("no_damping", "damping_ratio", "first_period", "strongest_motion")]
+pytestmark = [
+    pytest.mark.meant_as_given(
+        "no_damping", "gravity_load_over_weight", "damping_ratio", "first_period", "strongest_motion"
+    )
+]
 SETTINGS = {"dtype": "float64", "device": "cpu"}
 PLAN = [[-10.0, 10.0], [-6.0, 6.0]]
 

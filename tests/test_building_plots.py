@@ -86,6 +86,8 @@ def test_pushover_and_hysteresis_are_drawn_from_one_dataset() -> None:
 def test_storey_hysteresis_is_drawn() -> None:
     figure = plots.hysteresis(wd.storey_hysteresis(BUILDING, [0.01, -0.01, 0.02]))
     assert len(figure.axes) == 5
+    upper = plots.hysteresis(wd.storey_hysteresis(BUILDING, [0.01, -0.01, 0.02]).isel(storey=[2, 4]))
+    assert [axes.get_title() or axes.get_title(loc="left") for axes in upper.axes] == ["storey 3", "storey 5"]
 
 
 def test_a_dataset_without_a_pushover_is_refused() -> None:

@@ -1,5 +1,7 @@
 """Estimators of fragility curves against pyFragility, statsmodels and arithmetic by hand, on counts made by hand."""
 
+import warnings
+
 import numpy as np
 import pyFragility as pf
 import pytest
@@ -10,6 +12,7 @@ from scipy.stats import norm
 from validation import difference, relative_difference
 
 from warpdyn.answers.fragility.estimators import ESTIMATORS, FIT_MEANINGS, estimator_of
+from warpdyn.answers.fragility.estimators.binomial import PROBIT, penalised_likelihood
 from warpdyn.answers.fragility.maximum_likelihood.newton import covariance_of_influences
 
 pytestmark = pytest.mark.fast
@@ -149,6 +152,15 @@ def test_penalised_curve_of_many_structures_is_steep():
     for median, _, _ in (few, many):
         assert median[0] == pytest.approx(np.sqrt(0.4 * 0.6), rel=1e-3)  # the prior is symmetric about the gap
     assert many[1][0] < 0.6 * few[1][0]
+
+
+def test_a_trial_without_information_is_rejected_without_a_warning_of_numpy():
+    position, exceeding = np.linspace(-1, 1, 5), np.array([[0, 0, 0, 5.0, 5.0]])
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        # All scores are beyond 50: normal densities and the determinant of the information are 0.
+        value, *_ = penalised_likelihood(PROBIT, position, np.array([[300.0, 100.0]]), exceeding, 5 - exceeding)
+    assert value == -np.inf
 
 
 def test_stripes_without_information_have_no_curve():

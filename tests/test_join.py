@@ -117,6 +117,21 @@ def test_a_run_joined_with_itself_is_refused():
     with pytest.raises(ValueError, match="samples of run 1 are in run 0 too"):
         wd.join([both, run])
     assert wd.join([both, synthetic(ALL, HALF, 3)])["structure"].values.max() == 23
+    part = run.isel(sample=run["structure"].values < 4)
+    for runs, message in (([part, run], "Run 1 contains all samples of run 0"), ([run, part], "Run 0 contains all")):
+        with pytest.raises(ValueError, match=message):
+            wd.join(runs)
+
+
+@pytest.mark.fast
+def test_paths_and_runs_outside_a_list_are_refused_with_what_to_type():
+    with pytest.raises(TypeError, match=r"open the file first: xarray\.open_dataset\('a\.nc'\)"):
+        wd.join(["a.nc", "b.nc"])
+    run = synthetic(ALL, HALF, 1)
+    with pytest.raises(
+        TypeError, match=r"takes 1 argument without a name \(runs\), got 2: .* join\(\[first, second\]\)"
+    ):
+        wd.join(run, run)
 
 
 @pytest.mark.fast

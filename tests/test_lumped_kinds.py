@@ -102,7 +102,7 @@ def test_rotational_overrides_the_rule():
     [
         ({"rotations": ["thet"]}, ValueError, "rotations names the unknown degree of freedom 'thet'"),
         ({"rotations": "theta"}, TypeError, "rotations must be a list of names"),
-        ({"groups": {"walls": ["wst"]}}, ValueError, "groups\\['walls'\\] names 'wst', which is no degree of freedom"),
+        ({"groups": {"walls": ["wst"]}}, ValueError, "groups\\['walls'\\] names 'wst', but no degree of freedom"),
         ({"groups": {"building": ["west"]}}, ValueError, "groups: 'building' is already a name of the structure"),
         ({"groups": {"a": ["west"], "b": ["west"]}}, ValueError, "'west' is in two groups, 'a' and 'b'"),
         ({"groups": ["west"]}, TypeError, "groups must be a dictionary"),

@@ -72,8 +72,12 @@ def test_values_of_some_springs_give_the_response_of_a_structure_with_these_valu
 @pytest.mark.parametrize(
     ("name", "scatter", "message"),
     [
-        ("stiffness", {"only": "sol"}, r"only= names 'sol', which is no spring and no group with one.*'soil'"),
-        ("mass", {"only": "storey 1"}, "only= names 'storey 1', which is no degree of freedom"),
+        (
+            "stiffness",
+            {"only": "sol"},
+            r"only= names 'sol', but no spring and no group has this name.*'soil'",
+        ),
+        ("mass", {"only": "storey 1"}, "only= names 'storey 1', but no degree of freedom and no group"),
     ],
 )
 def test_unknown_names_are_refused(name, scatter, message):
@@ -82,11 +86,10 @@ def test_unknown_names_are_refused(name, scatter, message):
 
 
 def test_only_needs_names():
-    with pytest.raises(TypeError, match="only must be names of springs"):
-        wd.RandomFactor(FACTOR, only=3)
-    building = wd.ShearBuilding([1e5], 5e7, 3.0, damping="rayleigh", damping_ratio=0.05)
-    with pytest.raises(ValueError, match="only= needs a LumpedStructure"):
-        wd.Scene(building, MOTION, {"stiffness": wd.RandomFactor(FACTOR, only="storey 1")})
+    with pytest.raises(TypeError, match=r"only must be storeys, .* or names of springs"):
+        wd.RandomFactor(FACTOR, only={"soil": True})
+    with pytest.raises(ValueError, match="only= contains the number 3, but springs and degrees of freedom have names"):
+        wd.Scene(on_soil(), MOTION, {"stiffness": wd.RandomFactor(FACTOR, only=3)})
 
 
 def test_the_json_keeps_the_names():

@@ -4,6 +4,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from matplotlib.collections import PathCollection, QuadMesh
+from mpl_toolkits.axes_grid1.anchored_artists import AnchoredSizeBar
 
 import warpdyn as wd
 from warpdyn.interfaces.plots import maps
@@ -92,6 +93,18 @@ def test_a_kilometre_is_as_long_to_the_east_as_to_the_north():
     assert per_degree[0] / per_degree[1] == pytest.approx(np.cos(np.radians(59.9)), rel=0.01)
 
 
+def test_scale_bar_has_the_length_that_it_names():
+    axes = wd.plots.damage_map(make_results(50), "slight").axes[0]
+    axes.figure.draw_without_rendering()
+    (bar,) = (each for each in axes.get_children() if isinstance(each, AnchoredSizeBar))
+    kilometres = float(bar.txt_label.get_text().removesuffix(" km"))
+    box, (west, east) = bar.size_bar.get_children()[0], axes.get_xlim()
+    degrees = box.get_width()
+    # On a sphere with a circumference of 40,030 km, at 59.9 degrees north.
+    assert degrees * 40_030 / 360 * np.cos(np.radians(59.9)) == pytest.approx(kilometres, rel=1e-3)
+    assert 0.1 < degrees / (east - west) <= 0.25
+
+
 def test_a_column_of_the_users_own_is_no_damage_state():
     results = make_results(50)
     own = results.assign(probability_of_flooding=0.5)
@@ -104,7 +117,7 @@ def test_a_column_of_the_users_own_is_no_damage_state():
 def test_what_the_map_is_of_is_written_on_it():
     results = make_results(50)
     figure = wd.plots.damage_map(results, "slight")
-    assert figure.axes[0].get_title() == f"50 rows of {results['number'].sum():,.0f} buildings, points"
+    assert figure.axes[0].get_title() == f"50 rows of {results['number'].sum():,.0f} buildings"
     assert figure.axes[1].get_ylabel() == "Share of buildings in slight damage or worse"
     assert wd.plots.damage_map(results, "complete").axes[1].get_ylabel() == "Share of buildings in complete damage"
     one_each = wd.plots.damage_map(results.assign(number=1.0), cell=5.0)

@@ -3,6 +3,7 @@
 import warnings
 
 import numpy as np
+import pandas as pd
 import pytest
 import xarray as xr
 from test_damage import LIMITS, made
@@ -67,6 +68,62 @@ def test_events_with_rates():
     np.testing.assert_allclose(found["return_period_loss"], [0, 60, 160, 160, 600], rtol=1e-12)
 
 
+@pytest.mark.parametrize("statistics", [False, True])
+def test_losses_of_a_run_know_its_measure_and_integrate_as_the_samples_do(statistics):
+    """The expected annual loss from single samples, summed by pandas and integrated by the trapezoidal rule."""
+    time = np.arange(0.0, 6.0, 0.02)
+    motions = [wd.GroundMotion(np.sin(f * time) * np.sin(0.5 * time), 0.02, f"{f} rad/s") for f in (7.0, 12.0, 20.0)]
+    law = {"law": "bilinear", "hardening_ratio": 0.02, "damping": "rayleigh", "damping_ratio": 0.05}
+    buildings = {
+        "light": wd.ShearBuilding(mass=1e5, stiffness=[3e7, 2e7], height=3.0, yield_force=2e5, **law),
+        "heavy": wd.ShearBuilding(mass=3e5, stiffness=[5e7], height=3.0, yield_force=4e5, **law),
+    }
+    strength = {"yield_force": wd.RandomFactor(wd.Lognormal(1.0, 0.3))}
+    portfolio = wd.Portfolio({name: wd.Archetype(each, 4, strength) for name, each in buildings.items()})
+    levels, measure = np.array([0.02, 0.1, 0.2, 0.4, 0.8]), wd.SpectralAcceleration(0.5)
+    scene = wd.Scene(portfolio, wd.Stripes(motions, levels, measure), recorders=("drift",))
+    limits = {name: {"slight": 0.005, "complete": 0.03} for name in buildings}
+    counts = wd.DamageCounts(limits, over=("archetype", "motion", "stripe"))
+    run = wd.simulate(scene, seed=1)
+    found = (
+        wd.damage_shares(wd.simulate(scene, seed=1, statistics=counts)) if statistics else wd.damage_shares(run, limits)
+    )
+    ratios = {"slight": 0.1, "complete": 1.0}
+    vulnerability = wd.portfolio_losses(found, ratios, VALUES)
+    with pytest.raises(ValueError, match=r"Sa\(0.5 s, 5 %\)"):
+        wd.expected_annual_loss(vulnerability, wd.HazardCurve([0.01, 2.0], [1.0, 1e-5], measure="SA(1.0)"))
+    hazard = wd.HazardCurve([0.01, 2.0], [1.0, 1e-5], measure="SA(0.5)")
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", UserWarning)  # the function still rises at its last level
+        annual = float(wd.expected_annual_loss(vulnerability, hazard, replacement_value=1300.0)["expected_annual_loss"])
+    drift = run["peak_storey_drift_ratio"].max("storey").values
+    ratio = np.select([drift > 0.03, drift > 0.005], [1.0, 0.1], 0.0)
+    value = np.array([VALUES[name] / 4 for name in run["archetype"].values])[run["archetype_index"].values]
+    loss = pd.Series(ratio * value).groupby(run["im_level"].values).sum() / len(motions)
+    level = np.geomspace(levels[0], 1e3, 400_001)
+    slope = np.log(1e-5) / np.log(200.0)
+    falls = -np.diff((level / 0.01) ** slope)
+    expected = np.sum(np.interp(np.sqrt(level[1:] * level[:-1]), levels, loss.values) * falls)
+    assert loss.iloc[0] == 0.0
+    assert 0 < loss.iloc[2] < loss.iloc[4]
+    assert annual == pytest.approx(expected, rel=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("scale", "unit", "largest"), [(1.0, "EUR", "600"), (1e5, "million EUR", "60"), (1e7, "billion EUR", "6")]
+)
+def test_figures_name_the_currency_and_the_unit_of_losses(scale, unit, largest):
+    values = {name: scale * value for name, value in VALUES.items()}
+    found = wd.portfolio_losses(shares(), RATIOS, values, event_rates=[0.02, 0.001, 0.004, 0.006])
+    axes = wd.plots.loss_exceedance(found, currency="EUR").axes[0]
+    assert axes.get_xlabel() == f"Loss [{unit}]"
+    assert axes.get_legend().get_texts()[0].get_text().endswith(" EUR")
+    assert axes.xaxis.get_major_formatter()(600 * scale, 0) == largest
+    assert "EUR" not in wd.plots.loss_exceedance(found).axes[0].get_xlabel()
+    with pytest.raises(TypeError, match="currency"):
+        wd.plots.loss_exceedance(found, currency=1.0)
+
+
 def test_rates_with_labels_go_by_these():
     rates = [0.02, 0.001, 0.004, 0.006]
     expected = wd.portfolio_losses(shares(), RATIOS, VALUES, event_rates=rates)
@@ -88,6 +145,36 @@ def test_stripes_keep_their_dimension():
     np.testing.assert_allclose(found["loss"].isel(stripe=1), losses("light") + losses("heavy"), rtol=1e-12)
     with pytest.raises(ValueError, match="on stripes"):
         wd.portfolio_losses(striped, RATIOS, VALUES, event_rates=[0.1] * 4)
+
+
+def striped_shares():
+    """Return shares at 0.2 g of undamaged buildings, and at 0.4 g of those counted by hand."""
+    damaged = shares()
+    none = damaged.copy(deep=True)
+    none["archetype_damage_share"] = xr.zeros_like(none["archetype_damage_share"])
+    both = xr.concat([none, damaged], xr.DataArray([0.2, 0.4], dims="stripe", name="stripe", attrs={"units": "g"}))
+    both["archetype_damage_share"] = both["archetype_damage_share"].transpose(
+        "archetype", "motion", "stripe", "damage_state"
+    )
+    return both.assign_attrs(intensity_measure="PGA")
+
+
+def test_expected_annual_loss_of_a_portfolio_from_a_hazard_curve():
+    found = wd.portfolio_losses(striped_shares(), RATIOS, VALUES)
+    total = losses("light") + losses("heavy")
+    np.testing.assert_allclose(found["mean_loss_ratio"], [0.0, total.mean() / 1300], rtol=1e-12)
+    of_ratios = 0.05 * np.hypot(100 * np.array(SLIGHT["light"]), 500 * np.array(SLIGHT["heavy"]))
+    deviation = np.sqrt(total.var(ddof=1) + (of_ratios**2).mean())
+    np.testing.assert_allclose(found["coefficient_of_variation"], [np.nan, deviation / total.mean()], rtol=1e-12)
+    # The rate 1e-4 / x^2; the loss rises from 0 at 0.2 g to `mean` at 0.4 g and is constant above:
+    # slope * (integral of the rate from 0.2 to 0.4 g) = mean / 0.2 * 1e-4 * (1 / 0.2 - 1 / 0.4).
+    hazard = wd.HazardCurve([0.1, 1.0], [1e-2, 1e-4], measure="PGA")
+    with pytest.warns(UserWarning, match="it ends at 0.4 g, where it still rises"):
+        annual = wd.expected_annual_loss(found, hazard, replacement_value=1300.0)
+    assert float(annual["expected_annual_loss"]) == pytest.approx(total.mean() / 0.2 * 1e-4 * 2.5, rel=1e-12)
+    with pytest.raises(ValueError, match="PGA"):
+        wd.expected_annual_loss(found, wd.HazardCurve([0.1, 1.0], [1e-2, 1e-4], measure="SA(0.5)"))
+    assert wd.plots.vulnerability(found).axes[0].lines
 
 
 REFUSED = {

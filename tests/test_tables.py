@@ -98,6 +98,28 @@ def test_excel_does_not_replace_other_files(tmp_path):
     assert len(openpyxl.load_workbook(path).worksheets) == 1
 
 
+def test_excel_keeps_all_digits_of_long_whole_numbers(tmp_path):
+    openpyxl = pytest.importorskip("openpyxl")
+    long = [5265093289339365046, 5265093289339365047, -3]
+    identity = xr.Dataset({"identity": ("sample", np.array(long)), "number": ("sample", np.arange(3))})
+    path = wd.write_table(identity, tmp_path / "runs.xlsx")
+    (sheet,) = openpyxl.load_workbook(path).worksheets
+    rows = list(sheet.iter_rows(min_row=2, values_only=True))
+    assert [int(row[1]) for row in rows] == long
+    assert [row[2] for row in rows] == [0, 1, 2]
+
+
+def test_runs_put_together_by_concat_are_refused(tmp_path):
+    """Joined by xr.concat, motion 0 of the second run would have the name of motion 0 of the first run."""
+    run = xr.Dataset(
+        {"peak": ("sample", [1.0, 2.0]), "motion_name": ("motion", ["a"])},
+        {"sample": [0, 1], "motion_index": ("sample", [0, 0])},
+    )
+    assert pd.read_csv(wd.write_table(run, tmp_path / "run.csv", rows="sample"))["motion_name"].tolist() == ["a", "a"]
+    with pytest.raises(ValueError, match=r"sample number 0 is in the dataset twice.*wd\.join"):
+        wd.write_table(xr.concat([run, run], "sample", data_vars="minimal"), tmp_path / "two.csv", rows="sample")
+
+
 def test_excel_refuses_tables_that_are_too_large_and_names_openpyxl(tmp_path, monkeypatch):
     pytest.importorskip("openpyxl")
     monkeypatch.setattr(tables, "SHEET", (2, 16))

@@ -27,6 +27,7 @@ from warpdyn.foundations.core.output_variables import (
     LARGEST_EXCLUDED_FRACTION,
     OK,
     STRIPED,
+    measure_of_dataset,
 )
 from warpdyn.foundations.core.plausibility import warn_of_implausible_limits
 from warpdyn.foundations.core.units import unit_attributes
@@ -134,7 +135,7 @@ def damage_shares(
         "damage_limit": variable(of_state, limits_of_states, above),
         "failed_samples": variable((), found.failed_samples, "samples that failed"),
     }
-    coordinates = {
+    coordinates: dict[str, tuple] = {
         "archetype": ("archetype", names, {"long_name": "name of the archetype"}),
         "damage_state": ("damage_state", np.array(states), {"long_name": "damage state"}),
     }
@@ -147,7 +148,7 @@ def damage_shares(
             variables["motion_name"] = run["motion_name"].variable
     if levels is not None:
         units_of_level = str(run["im_level" if "im_level" in run else "stripe"].attrs.get("units", "g"))
-        level = {"long_name": "intensity of the stripe"} | unit_attributes(units_of_level)
+        level = {"long_name": "intensity of the stripe"} | unit_attributes(units_of_level) | measure_of_dataset(run)
         coordinates["stripe"] = ("stripe", levels, level)
     return xr.Dataset(variables, coordinates, run.attrs)
 

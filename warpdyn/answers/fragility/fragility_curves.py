@@ -207,8 +207,8 @@ def _warn(
         beyond = [f"{value:g} of {name!r}" for name, value in drifts if counts.least_drift < value < np.inf]
         if beyond:
             found.append(
-                f"the limit {', '.join(beyond)} is above {counts.least_drift:.3g}, the smallest drift ratio at which a "
-                "sample collapsed, so every collapse counts as exceeding it: choose a smaller limit or a larger "
+                f"limit {', '.join(beyond)} is not below {counts.least_drift:.3g}, the smallest drift ratio at which "
+                "a sample collapsed, so every collapse counts as exceeding it: choose a smaller limit or a larger "
                 "Scene(collapse_drift_ratio=...)"
             )
     if len(counts.valid) == 1:

@@ -170,10 +170,10 @@ def expected_annual_loss(vulnerability: xr.Dataset, hazard: Hazard, *, replaceme
     beyond the points of the hazard.
 
     Args:
-        vulnerability: `mean_loss_ratio(intensity)` [1], as returned by `vulnerability`, by `storey_losses` for a run on
-            stripes, and by `read_nrml_vulnerability`.
+        vulnerability: `mean_loss_ratio(intensity)` [1], as returned by `vulnerability`, by `storey_losses` and
+            `portfolio_losses` for a run on stripes, and by `read_nrml_vulnerability`.
         hazard: The hazard, of the same intensity measure as the function.
-        replacement_value: Value of the building [currency of the losses]; 1 for loss ratios.
+        replacement_value: Value of the building or portfolio [currency of the losses]; 1 for loss ratios.
 
     Returns:
         `expected_annual_loss` [currency/year]; `branch_expected_annual_loss(branch)` for each branch of a logic tree,

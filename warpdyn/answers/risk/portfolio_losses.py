@@ -8,11 +8,13 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
 
+from warpdyn.answers.fragility.curve_variables import variable
 from warpdyn.answers.risk.event_losses import MONEY, checked_event_rates, rates_of_losses
 from warpdyn.answers.risk.losses import RETURN_PERIODS
 from warpdyn.campaigns.reductions.damage.loss_ratios import Ratios, check_archetypes, ratios_of_archetypes
 from warpdyn.campaigns.reductions.limits import NO_DAMAGE
 from warpdyn.foundations.core.checks import check_dataset, real_number
+from warpdyn.foundations.core.output_variables import measure_of_dataset
 
 _FUNCTION = "portfolio_losses"
 
@@ -42,7 +44,10 @@ def portfolio_losses(
         `archetype_loss_ratio(archetype, event)` [1] and `archetype_loss(archetype, event)` [currency]; `loss(event)`
         [currency] and `loss_ratio(event)` [1] of the portfolio; `loss_deviation(event)` [currency], the standard
         deviation caused by the scatter of the loss ratios, which are independent between buildings. A run on stripes
-        adds the dimension `stripe`. If `event_rates` is given: `archetype_expected_annual_loss(archetype)` and
+        adds the dimension `stripe`, and the vulnerability function of the portfolio: `mean_loss_ratio(intensity)` [1],
+        the mean of `loss_ratio` over the events, and its `coefficient_of_variation(intensity)` [1] (of the events and
+        of the loss ratios). `expected_annual_loss` integrates it over a hazard curve, and `plots.vulnerability` draws
+        it. If `event_rates` is given: `archetype_expected_annual_loss(archetype)` and
         `expected_annual_loss` [currency/year]; `loss_exceedance_rate(event)`, the annual rate of losses above the loss
         of the event [1/year]; and `return_period_loss(return_period)` [currency], the smallest loss of an event that is
         exceeded at most once per return period on average (0 if events are rarer).
@@ -101,10 +106,15 @@ def portfolio_losses(
         {name: shares[name] for name in ("archetype", along, "stripe") if name in shares.coords},
         {name: text for name, text in shares.attrs.items() if name in ("title", "history", "seed")},
     )
+    if "stripe" in total.dims:
+        result = _with_vulnerability(result, shares, along)
     if event_rates is None:
         return result
     if "stripe" in total.dims:
-        raise ValueError(f"{_FUNCTION}: event_rates cannot be used for shares of a run on stripes: remove event_rates=")
+        raise ValueError(
+            f"{_FUNCTION}: event_rates cannot be used for shares of a run on stripes: remove event_rates=, and compute "
+            "expected_annual_loss(losses, hazard) with a hazard curve"
+        )
     per_event = total.assign_coords({along: shares[along]})
     rates = checked_event_rates(_FUNCTION, per_event, event_rates)
     of_archetypes = (loss * xr.DataArray(rates, dims=along)).sum(along)
@@ -113,6 +123,29 @@ def portfolio_losses(
             money, long_name="expected annual loss of the archetype's buildings"
         )
     ).merge(rates_of_losses(per_event, rates, return_periods))
+
+
+def _with_vulnerability(losses: xr.Dataset, shares: xr.Dataset, along: str) -> xr.Dataset:
+    """Return the losses of a run on stripes with the vulnerability function of the portfolio.
+
+    Args:
+        losses: `loss_ratio` [1], dimensions `along` and "stripe".
+        shares: The damage shares, with the levels of the stripes.
+        along: "event" or "motion"; all of them have equal weights in the mean.
+    """
+    each = losses["loss_ratio"]
+    mean = each.mean(along)
+    of_ratios = ((losses["loss_deviation"] / losses["replacement_value"].sum()) ** 2).mean(along)
+    spread = ((each.var(along, ddof=1) if each.sizes[along] > 1 else np.nan * mean) + of_ratios) ** 0.5
+    variation = (spread / mean).where(mean > 0)
+    functions = {
+        "mean_loss_ratio": variable("intensity", mean.values, "mean loss ratio of the portfolio"),
+        "coefficient_of_variation": variable(
+            "intensity", variation.values, "coefficient of variation of the portfolio's loss ratio"
+        ),
+    }
+    level = ("intensity", shares["stripe"].values, shares["stripe"].attrs)
+    return losses.assign(functions).assign_coords(intensity=level).assign_attrs(measure_of_dataset(shares))
 
 
 def _checked_values(names: Sequence[str], given: Mapping[str, float]) -> np.ndarray:

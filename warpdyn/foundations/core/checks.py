@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import reprlib
 from collections.abc import Collection
 from numbers import Integral, Real
@@ -48,6 +49,9 @@ def check_dataset(function: str, dataset: Any, *names: str, advice: str, argumen
         TypeError: If the argument is not a Dataset.
         ValueError: If one of `names` is neither a variable nor an attribute of the dataset.
     """
+    if isinstance(dataset, str | os.PathLike):
+        advice = f"open the file first: xarray.open_dataset({os.fspath(dataset)!r})"
+        raise TypeError(f"{function}() takes a Dataset, got the path of a file; {advice}")
     check_kind(function, "a Dataset", dataset, xr.Dataset, advice, argument=argument)
     missing = [name for name in names if name not in dataset and name not in dataset.attrs]
     if missing:

@@ -47,6 +47,21 @@ def refuse_unknown(function: str, named: Collection[str], known: Collection[str]
             raise TypeError(f"{function}() has no argument {unknown!r}{hint}; it takes {', '.join(known)}")
 
 
+def _too_many(function: str, count: int, of_place: list[str]) -> str:
+    """Return the message for a call with too many arguments without a name.
+
+    Args:
+        function: Name of the function.
+        count: Number of arguments without a name in the call.
+        of_place: Names of the arguments that may be given without a name.
+    """
+    advice = "give the others by name, name=value"
+    if len(of_place) == 1:
+        advice = f"to give several values, use one list, {function}([first, second])"
+    number = f"{len(of_place)} argument{'s' if len(of_place) != 1 else ''}"
+    return f"{function}() takes {number} without a name ({', '.join(of_place)}), got {count}: {advice}"
+
+
 def suggests_names(function: Callable[P, R]) -> Callable[P, R]:
     """Return the function with better TypeErrors: the error about an unknown argument suggests a similar name.
 
@@ -57,11 +72,15 @@ def suggests_names(function: Callable[P, R]) -> Callable[P, R]:
     first = len(parameters) - len(own)  # 1 if there is `self` or `cls`
     known = [each.name for each in own if each.kind not in (each.VAR_KEYWORD, each.VAR_POSITIONAL)]
     needed = [each.name for each in own if each.default is each.empty and each.name in known]
+    of_place = [each.name for each in own if each.kind in (each.POSITIONAL_ONLY, each.POSITIONAL_OR_KEYWORD)]
+    takes_any_place = any(each.kind is each.VAR_POSITIONAL for each in own)
     takes_any = any(each.kind is each.VAR_KEYWORD for each in own)
     name = function.__qualname__.removesuffix(".__init__").rpartition(".")[2]
 
     @functools.wraps(function)
     def checked(*given: P.args, **named: P.kwargs) -> R:
+        if not takes_any_place and len(given) - first > len(of_place):
+            raise TypeError(_too_many(name, len(given) - first, of_place))
         if not takes_any:
             refuse_unknown(name, named, known, {word: word for word in known})
         missing = [each for each in needed if each not in named and each not in known[: max(0, len(given) - first)]]

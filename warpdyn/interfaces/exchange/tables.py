@@ -13,6 +13,7 @@ import numpy as np
 import pandas as pd
 import xarray as xr
 
+from warpdyn.campaigns.running.joining.duplicates import check_numbers
 from warpdyn.foundations.core.checks import check_kind, is_row_of_text, one_of, shortened
 from warpdyn.foundations.core.messages import tell
 from warpdyn.foundations.core.near_misses import suggests_names
@@ -25,6 +26,7 @@ WIDE = ("storey", "floor", "dof")  # dimensions that may be written as columns, 
 NEEDED = {".parquet": ("Parquet", "pyarrow", "17"), ".xlsx": ("Excel", "openpyxl", "3.1")}
 SHEET = (2**20, 2**14)  # largest number of rows and of columns in a sheet of Excel
 SHEET_NAME = "warpdyn"
+LARGEST_WHOLE = 10**15 - 1  # largest whole number whose digits a cell of Excel keeps
 MOST_SHOWN = 4  # largest number of variables that a message names
 
 
@@ -57,7 +59,8 @@ def write_table(
     Args:
         dataset: Result of `simulate`, `fragility`, `capacities`, `annual_rates`, `annual_losses` or `damage_shares`.
         path: Path of the file that is written; its name ends in ".csv", ".parquet" or ".xlsx". Parquet needs the
-            package pyarrow. Excel needs openpyxl and keeps 16 digits.
+            package pyarrow. Excel needs openpyxl and keeps 16 digits; whole numbers with more than 15 digits, such as
+            `structure_identity` after `join`, are written as text.
         rows: Name or names of the dimensions of the rows. None: the only dimension, or "damage_state" if there are
             several.
         overwrite: If True, replace an existing file of any content. If False, replace only a table with the same
@@ -68,7 +71,8 @@ def write_table(
 
     Raises:
         ValueError: If the dataset has no such dimension or no variable with it; if `rows` is None and the dataset has
-            several dimensions, but not "damage_state"; or if the table has more rows or columns than a sheet of Excel.
+            several dimensions, but not "damage_state"; if runs were put together by xr.concat instead of `join`;
+            or if the table has more rows or columns than a sheet of Excel.
         ImportError: If the file is Parquet and pyarrow is not installed, or Excel and openpyxl is not installed.
         TypeError: If `dataset` is not a Dataset.
         OSError: If the file cannot be written, or exists with other content and `overwrite` is False.
@@ -92,6 +96,8 @@ def write_table(
                 "write CSV"
             ) from None
     along = _row_dimensions(dataset, rows)
+    if "sample" in along:
+        check_numbers(FUNCTION, dataset)
     table, left_out = _table_of_rows(dataset, along)
     check_same_table(FUNCTION, path, table.columns, overwrite)
     _report_left_out(dataset, path, along, left_out)
@@ -116,7 +122,12 @@ def _check_sheet(table: pd.DataFrame) -> None:
 
 
 def _write_sheet(table: pd.DataFrame, name: str) -> None:
-    """Write a table as an Excel file; the name of the file may have any ending, because it is temporary."""
+    """Write a table as an Excel file; the name of the file may have any ending, because it is temporary.
+
+    Columns of whole numbers with more digits than a cell keeps, such as `structure_identity`, are written as text.
+    """
+    long = [name for name, values in table.items() if values.dtype.kind in "iu" and values.abs().max() > LARGEST_WHOLE]
+    table = table.astype(dict.fromkeys(long, str))
     with open(name, "wb") as file, pd.ExcelWriter(file, engine="openpyxl") as writer:
         table.to_excel(writer, sheet_name=SHEET_NAME, index=False, inf_rep="inf", freeze_panes=(1, 0))
 

@@ -93,6 +93,8 @@ def histories(dataset: xr.Dataset, history: int = 0, *, ax: Iterable[Axes] | Non
 def hysteresis(dataset: xr.Dataset, history: int = 0, *, ax: Iterable[Axes] | Axes | None = None) -> Drawn:
     """Draw hysteresis loops: storey force [MN] against storey drift [mm], from a response history or a static test.
 
+    To compare a loop with a test, draw the measured values in the same units: `axes.plot(1000 * drift, force / 1e6)`.
+
     Args:
         dataset: Result of `simulate` for a ShearBuilding with histories, or of `storey_hysteresis` or `pushover`.
         history: Index of the history that is drawn, counted from 0; ignored for static tests.
@@ -112,7 +114,8 @@ def hysteresis(dataset: xr.Dataset, history: int = 0, *, ax: Iterable[Axes] | Ax
     if "storey_drift" in dataset and "storey_force" in dataset:
         if dataset["storey_force"].dims != ("step", "storey"):
             raise ValueError("plots.hysteresis: select steps and storeys by isel(step=[...], storey=[...])")
-        return _loops(dataset["storey_drift"].values, dataset["storey_force"].values, ax)[0]
+        storeys = dataset["storey"].values if "storey" in dataset.coords else None
+        return _loops(dataset["storey_drift"].values, dataset["storey_force"].values, ax, storeys)[0]
     chosen = chosen_history("hysteresis", dataset, history, "displacement", "storey_force")
     drift = np.diff(chosen["displacement"].values, axis=1, prepend=0.0)
     result, all_axes = _loops(drift, chosen["storey_force"].values, ax)
@@ -127,15 +130,25 @@ def hysteresis(dataset: xr.Dataset, history: int = 0, *, ax: Iterable[Axes] | Ax
     return result
 
 
-def _loops(drift: np.ndarray, force: np.ndarray, ax: Iterable[Axes] | Axes | None) -> tuple[Drawn, list[Axes]]:
-    """Draw the force [N] against the drift [m], both of shape [step, storey], in one panel per storey."""
+def _loops(
+    drift: np.ndarray, force: np.ndarray, ax: Iterable[Axes] | Axes | None, numbers: np.ndarray | None = None
+) -> tuple[Drawn, list[Axes]]:
+    """Draw the force [N] against the drift [m], both of shape [step, storey], in one panel per storey.
+
+    Args:
+        drift: Storey drifts [m].
+        force: Storey forces [N].
+        ax: Axes to draw into.
+        numbers: Numbers of the storeys in the titles; None: from 1.
+    """
     storeys = force.shape[1]
+    numbers = np.arange(1, storeys + 1) if numbers is None else numbers
     columns = min(storeys, PANELS_IN_A_ROW)
     size = (2.2 * columns + 0.6, 2.9 * -(-storeys // columns))
     result, all_axes = panels("hysteresis", ax, storeys, columns=columns, size=size, sharex=True, sharey=True)
     for storey, axes in enumerate(all_axes):
         axes.plot(1000 * drift[:, storey], force[:, storey] / 1e6, color=COLOURS[0], lw=0.7)
-        title(axes, f"storey {storey + 1}")
+        title(axes, f"storey {numbers[storey]}")
         grid(axes)
     if isinstance(result, Picture):
         result.supxlabel("Storey drift [mm]", fontsize=TITLE)

@@ -8,6 +8,8 @@ import numpy as np
 import pandas as pd
 from matplotlib import ticker
 from matplotlib.axes import Axes
+from matplotlib.font_manager import FontProperties
+from mpl_toolkits.axes_grid1.anchored_artists import AnchoredSizeBar
 
 from warpdyn.answers.fragility.building_results import PROBABILITY, damage_states
 from warpdyn.foundations.core.checks import check_kind, one_of, real_number
@@ -82,7 +84,7 @@ def damage_map(
         drawn: Any = axes.scatter(
             longitude[order], latitude[order], size, value[order], cmap=COLOUR_MAP, linewidths=0.3, edgecolors="0.35"
         )
-        what = f"{_buildings(number)}, points"
+        what = _buildings(number)
     else:
         longer = max(np.ptp(longitude) * shrink, np.ptp(latitude)) * KILOMETRES_OF_A_DEGREE
         side = cell if cell is not None else max(longer / CELLS, 1e-3)
@@ -103,7 +105,36 @@ def damage_map(
     bar.ax.yaxis.set_major_formatter(ticker.FuncFormatter(lambda share, _: f"{100 * share:.3g} %"))
     bar.ax.tick_params(labelsize=SMALL)
     title(axes, what)
+    _add_scale(axes, np.ptp(axes.get_xlim()) * shrink * KILOMETRES_OF_A_DEGREE, shrink)
     return result
+
+
+def _add_scale(axes: Axes, width: float, shrink: float) -> None:
+    """Draw a scale bar above the right end of the map: 1, 2 or 5 times a power of 10 [km], at most a quarter of it.
+
+    Args:
+        axes: Axes of the map.
+        width: Width of the map [km].
+        shrink: Length of a degree of longitude divided by that of a degree of latitude [1].
+    """
+    power = 10.0 ** np.floor(np.log10(width / 4))
+    length = max(step * power for step in (1, 2, 5) if step * power <= width / 4)
+    bar = AnchoredSizeBar(
+        axes.transData,
+        length / (shrink * KILOMETRES_OF_A_DEGREE),
+        f"{length:g} km",
+        "lower right",
+        bbox_to_anchor=(1.0, 1.0),
+        bbox_transform=axes.transAxes,
+        frameon=False,
+        label_top=True,
+        pad=0.2,
+        borderpad=0.0,
+        sep=2,
+        fontproperties=FontProperties(size=SMALL),
+    )
+    bar.set_clip_on(False)
+    axes.add_artist(bar)
 
 
 def _values_of(results: pd.DataFrame, state: str | None) -> tuple[np.ndarray, np.ndarray, str]:

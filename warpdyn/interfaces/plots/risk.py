@@ -14,7 +14,7 @@ from warpdyn.answers.risk.annual_rates import warned_shares
 from warpdyn.answers.risk.curves.curve_set import CurveSet
 from warpdyn.answers.risk.disaggregation import contributions
 from warpdyn.answers.risk.hazard_curves import Hazard, branches_of
-from warpdyn.foundations.core.checks import check_dataset
+from warpdyn.foundations.core.checks import check_dataset, check_kind
 from warpdyn.interfaces.plots.style import (
     COLOURS,
     DARK,
@@ -37,6 +37,7 @@ from warpdyn.interfaces.plots.style import (
 SHARES = (0.16, 0.84)  # fractiles between which the range of losses is shaded
 BINS = 120  # number of intensity bins of the contributions to the annual rates, which are drawn as areas
 _POINTS = 300  # number of points of each drawn curve
+LARGE_AMOUNTS = (1e9, "billion"), (1e6, "million")  # units of an axis of losses, if the largest loss is above them
 
 
 def hazard_and_rates(
@@ -85,7 +86,7 @@ def hazard_and_rates(
         words = f"{literal(found.names[i])}: {_rate_in_words(rates[i])}"
         lower.plot(levels, exceedance[i], color=colour, label=words)
         lower.fill_between(parts["intensity"], density[i] / density[i].max(), color=colour, alpha=0.15, lw=0)
-    name = tree.measure or found.measure or "intensity measure"
+    name = found.measure or tree.measure or "intensity measure"  # as in figures of the curves alone
     lower.set(
         xlabel=f"{literal(name)} [{tree.units}]", ylabel="Probability of exceedance", xscale="log", ylim=(-0.02, 1.02)
     )
@@ -196,7 +197,9 @@ def vulnerability(
     return result
 
 
-def loss_exceedance(dataset: xr.Dataset, *, colour: str = COLOURS[0], ax: Axes | None = None) -> Drawn:
+def loss_exceedance(
+    dataset: xr.Dataset, *, currency: str = "", colour: str = COLOURS[0], ax: Axes | None = None
+) -> Drawn:
     """Draw the annual rate of exceedance of a loss, its confidence interval, and the losses for the return periods.
 
     For losses of single events, the curve has one step per event. For draws of the loss of one earthquake there are no
@@ -204,6 +207,7 @@ def loss_exceedance(dataset: xr.Dataset, *, colour: str = COLOURS[0], ax: Axes |
 
     Args:
         dataset: Result of `annual_losses`, `event_losses` or `portfolio_losses`.
+        currency: Currency of the losses for the labels, such as "EUR"; "": none is shown.
         colour: Colour of the curve.
         ax: Axes to draw into; None: a new figure.
 
@@ -219,8 +223,9 @@ def loss_exceedance(dataset: xr.Dataset, *, colour: str = COLOURS[0], ax: Axes |
         >>> figure = wd.plots.loss_exceedance(losses)
     """
     check_colour(colour)
+    check_kind("plots.loss_exceedance", "a text", currency, str, 'give currency="EUR"', argument="currency")
     if isinstance(dataset, xr.Dataset) and "loss" in dataset.data_vars:
-        return _loss_exceedance_of_events(dataset, colour, ax)
+        return _loss_exceedance_of_events(dataset, currency, colour, ax)
     needed = "loss_exceedance_rate", "return_period_loss", "expected_annual_loss", "loss"
     advice = "draw the result of annual_losses(curves, hazard, ratios)"
     check_dataset("plots.loss_exceedance", dataset, *needed, advice=advice)
@@ -235,12 +240,13 @@ def loss_exceedance(dataset: xr.Dataset, *, colour: str = COLOURS[0], ax: Axes |
         axes.fill_between(losses[shown], low[shown], high[shown], color=colour, alpha=0.2, lw=0, label=words)
         lowest = min(lowest, max(float(low[shown].min()), 0.01 * lowest))
     mean = float(dataset["expected_annual_loss"])
-    axes.plot(losses[shown], rate[shown], color=colour, label=f"expected annual loss: {_amount(mean)}")
     value = float(dataset.attrs.get("replacement_value", 1.0))
+    money = "" if value == 1 else currency
+    axes.plot(losses[shown], rate[shown], color=colour, label=f"expected annual loss: {_amount(mean, money)}")
     _mark_return_periods(axes, dataset)
-    axes.set(xlabel="Loss ratio" if value == 1 else "Loss", ylabel="Annual rate of exceedance [1/year]", yscale="log")
+    axes.set(xlabel="Loss ratio", ylabel="Annual rate of exceedance [1/year]", yscale="log")
     if value != 1:
-        axes.xaxis.set_major_formatter(ticker.FuncFormatter(lambda loss, _: _amount(loss)))
+        _label_losses(axes, float(losses[-1]), money)
     axes.set(xlim=(0, 1.02 * losses[-1]), ylim=(0.5 * lowest, 2 * max(float(rate.max()), lowest)))
     grid(axes)
     legend(axes, loc="upper right")
@@ -248,7 +254,7 @@ def loss_exceedance(dataset: xr.Dataset, *, colour: str = COLOURS[0], ax: Axes |
     return result
 
 
-def _loss_exceedance_of_events(dataset: xr.Dataset, colour: str, ax: Axes | None) -> Drawn:
+def _loss_exceedance_of_events(dataset: xr.Dataset, currency: str, colour: str, ax: Axes | None) -> Drawn:
     """Draw the losses of events against their annual rate of exceedance or, if it is missing, their probability."""
     has_rates = "loss_exceedance_rate" in dataset
     name = "loss_exceedance_rate" if has_rates else "exceedance_probability"
@@ -261,21 +267,21 @@ def _loss_exceedance_of_events(dataset: xr.Dataset, colour: str, ax: Axes | None
     losses, exceeded = dataset["loss"].values[order], dataset[name].values[order]
     if has_rates:
         rate = float(dataset["expected_annual_loss"])
-        words = f"expected annual loss: {_amount(rate)}"
+        words = f"expected annual loss: {_amount(rate, currency)}"
         least_rate = exceeded[exceeded > 0].min() if (exceeded > 0).any() else 1e-6
         axes.step(losses, np.where(exceeded > 0, exceeded, 0.5 * least_rate), where="post", color=colour, label=words)
         _mark_return_periods(axes, dataset)
         axes.set(ylabel="Annual rate of exceedance [1/year]", yscale="log")
         title(axes, "Loss exceedance by event; points: losses of the return periods")
     else:
-        words = f"{losses.size} {literal(along)}s; median {_amount(float(np.median(losses)))}"
+        words = f"{losses.size} {literal(along)}s; median {_amount(float(np.median(losses)), currency)}"
         axes.step(np.append(0.0, losses), np.append(1.0, exceeded), where="post", color=colour, label=words)
         axes.set(ylabel=f"Share of the {literal(along)}s with a larger loss", ylim=(0, 1.02))
         axes.yaxis.set_major_formatter(ticker.PercentFormatter(1.0))
         title(axes, f"Loss exceedance of {losses.size} {literal(along)}s")
     margin = 1.15 if has_rates else 1.02  # space for the name of the longest return period
-    axes.set(xlabel="Loss", xlim=(0, margin * losses[-1] if losses[-1] > 0 else 1.0))
-    axes.xaxis.set_major_formatter(ticker.ScalarFormatter(useMathText=True))  # powers of ten for large amounts
+    axes.set(xlim=(0, margin * losses[-1] if losses[-1] > 0 else 1.0))
+    _label_losses(axes, float(losses[-1]), currency)
     grid(axes)
     legend(axes, loc="upper right")
     return result
@@ -298,9 +304,18 @@ def _rate_in_words(rate: float) -> str:
     return f"{rate:.2g} per year (every {rounded:,.0f} years)" if period >= 1 else f"{rate:.2g} per year"
 
 
-def _amount(value: float) -> str:
-    """Return an amount as text, rounded to three digits and without an exponent."""
-    return f"{float(f'{value:.3g}'):,.0f}" if value >= 100 else f"{value:.3g}"
+def _label_losses(axes: Axes, largest: float, currency: str) -> None:
+    """Label an axis of losses with their currency, in millions or billions if the largest loss is that large."""
+    divisor, word = next(((size, name) for size, name in LARGE_AMOUNTS if largest > size), (1.0, ""))
+    unit = " ".join(part for part in (word, literal(currency)) if part)
+    axes.set_xlabel(f"Loss [{unit}]" if unit else "Loss")
+    axes.xaxis.set_major_formatter(ticker.FuncFormatter(lambda loss, _: _amount(loss / divisor)))
+
+
+def _amount(value: float, currency: str = "") -> str:
+    """Return an amount as text with its currency, rounded to three digits and without an exponent."""
+    text = f"{float(f'{value:.3g}'):,.0f}" if value >= 100 else f"{value:.3g}"
+    return f"{text} {literal(currency)}" if currency else text
 
 
 def _beta_range(mean: np.ndarray, variation: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -34,13 +34,13 @@ def penalised_likelihood(
     weight = (exceeding + passing) * np.exp(2.0 * density - above - below)
     information = information_in_line(weight, position)
     determinant = np.linalg.det(information)
-    with np.errstate(divide="ignore", invalid="ignore"):
+    with np.errstate(divide="ignore", invalid="ignore"):  # a trial without information is rejected by its value
         value = (exceeding * above + passing * below).sum(axis=1) + 0.5 * np.log(determinant)
         # Leverage of a level: row of the design matrix times inverse information times this row.
         a, b, c = (information[:, i, j, None] for i, j in ((0, 0), (0, 1), (1, 1)))
         leverage = (c - 2.0 * b * position + a * position**2) / determinant[:, None]
-    slope = exceeding * rise - passing * fall
-    slope += 0.5 * weight * leverage * (2.0 * link.slope(score) - rise + fall)
+        slope = exceeding * rise - passing * fall
+        slope += 0.5 * weight * leverage * (2.0 * link.slope(score) - rise + fall)
     return value, gradient_in_line(slope, position), information
 
 

@@ -153,7 +153,10 @@ class LumpedDynamics(Dynamics):
             law, of_springs = structure.storey_law, of_springs_only(parameters)
             tangent = structure.stiffness_matrices(parameters, law.stiffest(of_springs))
             highest = np.sqrt(undamped(mass, tangent)[0][:, -1])
-            steepest = law.steepest_damping(of_springs)
+            # The mass that a spring moves if its ends are free, such as m1 m2 / (m1 + m2) between two masses.
+            rows = structure.directions
+            moved = 1 / np.einsum("ki,sij,kj->sk", rows, np.linalg.inv(mass), rows, optimize=True)
+            steepest = law.steepest_damping({**of_springs, "mass": moved})
             if steepest.any():
                 rate = highest_damping_rate(mass, damping + structure.of_springs(steepest))
             rate = np.maximum(rate, law.relaxation_rate(of_springs).max(axis=-1))

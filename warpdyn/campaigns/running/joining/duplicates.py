@@ -11,6 +11,25 @@ from warpdyn.foundations.core.output_variables import EARLIER_HISTORY, OF_SEQUEN
 REMEDY = "join runs by wd.join([run, other]), which counts structures and motions anew and refuses duplicate samples"
 
 
+def check_numbers(function: str, dataset: xr.Dataset) -> None:
+    """Raise a ValueError if a number of a sample occurs twice, as after xr.concat.
+
+    Args:
+        function: Name of the public function that was called, for the message.
+        dataset: Any dataset; one without numbered samples is accepted.
+    """
+    if "sample" not in dataset.coords or dataset["sample"].dims != ("sample",):
+        return
+    numbers = pd.Index(dataset["sample"].values)
+    if not numbers.is_unique:
+        again = np.flatnonzero(numbers.duplicated())
+        raise ValueError(
+            f"{function}: sample number {numbers[again[0]]} is in the dataset twice, as are {again.size} of "
+            f"{numbers.size} numbers. Several runs put together, as by xr.concat, count structures and motions of "
+            f"one run as those of another, so that names of motions may be wrong and intervals are too narrow: {REMEDY}"
+        )
+
+
 def check_samples(function: str, dataset: xr.Dataset) -> None:
     """Raise a ValueError if a dataset contains samples twice, or numbers of structures and motions of several runs.
 
@@ -26,15 +45,7 @@ def check_samples(function: str, dataset: xr.Dataset) -> None:
             f"{function}: the dataset is the run of a sequence, which contains each history of an event several times: "
             "select one event with select_event(run, name)"
         )
-    if "sample" in dataset.coords and dataset["sample"].dims == ("sample",):
-        numbers = pd.Index(dataset["sample"].values)
-        if not numbers.is_unique:
-            again = np.flatnonzero(numbers.duplicated())
-            raise ValueError(
-                f"{function}: sample number {numbers[again[0]]} is in the dataset twice, as are {again.size} of "
-                f"{numbers.size} numbers. Several runs put together, as by xr.concat, count structures and motions of "
-                f"one run as those of another, so that intervals are too narrow: {REMEDY}"
-            )
+    check_numbers(function, dataset)
     for name in ("motion_name", "motion_step", "motion_peak_acceleration"):
         if name in dataset and "sample" in dataset[name].dims:
             raise ValueError(

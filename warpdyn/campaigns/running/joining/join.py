@@ -14,12 +14,14 @@ from warpdyn.campaigns.running.joining.attributes import check_comparable, check
 from warpdyn.campaigns.running.joining.capacities import join_capacities
 from warpdyn.campaigns.running.joining.identity import OF_BUILDING, OF_INPUTS, OF_MOTIONS, OF_SAMPLES, Identities
 from warpdyn.foundations.core.checks import check_dataset
+from warpdyn.foundations.core.near_misses import suggests_names
 from warpdyn.model.ground_motions.motions import motion_numbers
 
 ADVICE = "give results of simulate(), such as wd.join([run, other])"
 SAMPLING = ("sobol", "latin_hypercube", "monte_carlo", "given")  # the first that occurs decides the intervals
 
 
+@suggests_names
 def join(runs: Sequence[xr.Dataset] | Mapping[str, xr.Dataset]) -> xr.Dataset:
     """Join several runs into one run, for `fragility` and all other estimators.
 
@@ -149,16 +151,35 @@ def _check_duplicates(identities: list[Identities]) -> None:
             if (found >= 0).any():
                 mine = int(np.flatnonzero(found >= 0)[0])
                 place, theirs = np.concatenate(origin)[found[mine]]
+                twice, sizes = int((found >= 0).sum()), {each.place: keys.size, place: identities[place].samples.size}
                 raise ValueError(
-                    f"join: {int((found >= 0).sum())} of the {keys.size} samples of run {each.place} are in run "
+                    f"join: {twice} of the {keys.size} samples of run {each.place} are in run "
                     f"{place} too: sample {mine} is its sample {theirs}, of the same structure under the same motion "
-                    "at the same level. They would count twice, and intervals would be too narrow. Remove one of the "
-                    "two runs from the list, or run simulate() with another seed= (of a scene without scatter, with "
-                    "other motions or levels)"
+                    "at the same level. They would count twice, and intervals would be too narrow. "
+                    + _remedy(twice, sizes)
                 )
         own = np.column_stack([np.full(keys.size, each.place), np.arange(keys.size)])
         seen = keys if seen is None else seen.append(keys)
         origin.append(own)
+
+
+def _remedy(twice: int, sizes: dict[int, int]) -> str:
+    """Return what to do about two runs with `twice` samples in common.
+
+    Args:
+        twice: Number of samples that both runs contain.
+        sizes: Number of samples of both runs, by their places in the list.
+    """
+    small, large = sorted(sizes, key=lambda place: sizes[place])
+    if twice == sizes[small] < sizes[large]:
+        return (
+            f"Run {large} contains all samples of run {small}, as a run of more structures with the same seed does: "
+            f"use it without run {small}"
+        )
+    return (
+        "Remove one of the two runs from the list, or run simulate() with another seed= (of a scene without scatter, "
+        "with other motions or levels)"
+    )
 
 
 def _check_variables(identities: list[Identities]) -> None:

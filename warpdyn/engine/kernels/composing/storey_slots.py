@@ -11,8 +11,11 @@ OF_EQUAL_STOREYS: dict[str, tuple[str, ...]] = {
         "block section lowest",
     ),
     "find_lower_floor": ("kernel", "Find the state of the floor below the storeys of the thread."),
+    "find_accepted_floor": ("kernel", "The same as find_lower_floor, for the accepted displacements."),
     "compare_floors": ("lane", "Find the state of a floor relative to the floor below."),
+    "compare_accepted_floors": ("lane", "The same as compare_floors, for the accepted displacements."),
     "leave_floor": ("lane", "Go from a floor to the floor above."),
+    "leave_accepted_floor": ("lane", "The same as leave_floor, for the accepted displacements."),
     "visit_spring_of_lane": (
         "spring, lane",
         "Evaluate a spring in a lane (all lumped structures).",

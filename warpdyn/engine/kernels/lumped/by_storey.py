@@ -130,7 +130,7 @@ def _texts(storeys, components, displacement, velocity):
         "STOREY_OUTPUTS": statements(
             storeys.output,
             lambda row: f"present_output[floor * {outputs} + {row}, j]",
-            moved(displacement, "relative_u", "lower_u"),
+            moved("u", "relative_u", "lower_u"),
             value,
         ),
     }
@@ -241,6 +241,26 @@ def leave_floor():
     for k in range(WIDTH):
         lower_u[k, j] = us[floor * WIDTH + k, j]
         lower_v[k, j] = vs[floor * WIDTH + k, j]
+
+
+# The same for accepted states: recorders see them after the displacements of the next stage are computed.
+def find_accepted_floor():
+    for j in range(LANES):
+        for k in range(WIDTH):
+            if THREADS > 1:
+                lower_u[k, j] = from_thread(u[(FLOORS - 1) * WIDTH + k, j], thread_below)
+            else:
+                lower_u[k, j] = dtype(0.0)
+
+
+def compare_accepted_floors():
+    for k in range(WIDTH):
+        relative_u[k, j] = u[floor * WIDTH + k, j] - lower_u[k, j]
+
+
+def leave_accepted_floor():
+    for k in range(WIDTH):
+        lower_u[k, j] = u[floor * WIDTH + k, j]
 
 
 def walk_storeys():

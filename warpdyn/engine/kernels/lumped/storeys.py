@@ -85,11 +85,12 @@ class Storeys:
 def storeys_of(pattern: Pattern) -> Storeys | None:
     """Return the storeys of a lumped structure; None if it does not consist of equal storeys.
 
-    Matrices between degrees of freedom, such as a geometric stiffness, and biaxial springs are not supported.
+    Matrices between degrees of freedom, such as a geometric stiffness, biaxial springs and outputs that are resultants
+    are not supported.
     """
     others = (pattern.stiffness, pattern.damping, pattern.unmoved)
     is_full = any(table.strides is not None for table in pattern.tables.values())
-    if pattern.pairs or is_full or not all(table.is_empty for table in others):
+    if pattern.pairs or is_full or any(pattern.resultants) or not all(table.is_empty for table in others):
         return None
     dofs = len(pattern.inverse_mass.rows)
     for width in (size for size in range(1, dofs // 2 + 1) if dofs % size == 0):

@@ -26,15 +26,14 @@ def names(plan):
 
     from warpdyn.engine.kernels.lumped.assembly import first_places
     from warpdyn.engine.kernels.lumped.pattern import products
-    from warpdyn.engine.kernels.plan import DTYPES, state_of_stage
+    from warpdyn.engine.kernels.plan import DTYPES
 
-    pattern, count, displacement = plan.pattern, plan.length("output"), state_of_stage(plan)[0]
-    rows = max(1, len(pattern.output.rows))
+    pattern, count = plan.pattern, plan.length("output")
     if plan.storeys is None:
         text = products(
             pattern.output,
             "terms",
-            lambda dof: f"{displacement}[{dof}, j]",
+            lambda dof: f"u[{dof}, j]",
             lambda place: f"present_output[{place}, j]",
             first=first_places(pattern)["output"],
         )
@@ -43,9 +42,9 @@ def names(plan):
         from warpdyn.engine.device.warp_exchange import numbers
 
         count //= plan.sections
-        rows = max(1, count)
         listed = numbers([each for row in plan.storeys.outputs for each in row])
         own = {"output_number": listed, "number_of_output": "output_number(section * OUTPUTS + m)"}
+    rows = max(1, len(pattern.output.rows) // plan.sections)
     return {
         "OUTPUTS": count,
         **own,
@@ -71,14 +70,14 @@ def declare():
     peak_output = output_rows()
 
 
-def begin_step():  # later, the state of the stage is that of the next one
+def see_state():
     if BY_STOREY:
-        slot("find_lower_floor")
+        slot("find_accepted_floor")
         for floor in range(FLOORS):
             for j in range(LANES):
-                slot("compare_floors")
+                slot("compare_accepted_floors")
                 STOREY_OUTPUTS
-                slot("leave_floor")
+                slot("leave_accepted_floor")
     else:
         PRESENT_OUTPUTS
         RESULTANTS

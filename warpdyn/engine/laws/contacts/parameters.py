@@ -33,6 +33,8 @@ MASS = Parameter("kg", "mass of the impact, m1 m2 / (m1 + m2)", low=0.0, low_ope
 PENETRATION = Parameter("m", "penetration for which the default step is chosen", low=0.0, low_open=True)
 SPEED = Parameter("m s-1", "approach speed below which the damping no longer increases", low=0.0, low_open=True)
 EXPECTED, SLOWEST = 0.05, 0.01  # m, m/s
+# Acceleration [m/s2], 1 g, by which bodies that touched slowly are pressed together; for steps of Hertz-damp contacts.
+PRESSING = 9.81
 
 
 class Coefficient(Layout):
@@ -218,9 +220,16 @@ class _HertzDampContact(Contact):
 
     @classmethod
     def steepest_damping(cls, p: Values) -> np.ndarray:
-        # If bodies that touch slowly are pressed together later, the dashpot is the largest.
-        deepest: np.ndarray = p["hertz_stiffness"] * p["expected_penetration"] ** 1.5
-        return cls.damping_factor(p["restitution"]) * deepest / p["least_approach_speed"]
+        factor, stiffness, depth = cls.damping_factor(p["restitution"]), p["hertz_stiffness"], p["expected_penetration"]
+        # The dashpot is the largest if bodies that touch slowly are pressed together later. Without a mass, nothing
+        # limits the penetration that the pressing force causes, except the expected one.
+        deepest: np.ndarray = factor * stiffness * depth**1.5 / p["least_approach_speed"]
+        if "mass" not in p:
+            return deepest
+        # A free impact has the expected penetration if its speed is v = sqrt(4 kh d^2.5 / (5 m)).
+        of_impact = factor * np.sqrt(1.25 * stiffness * p["mass"]) * depth**0.25
+        of_pressing = factor * p["mass"] * PRESSING / p["least_approach_speed"]
+        return np.minimum(deepest, np.maximum(of_impact, of_pressing))
 
 
 class YeLiZhuContact(_HertzDampContact):

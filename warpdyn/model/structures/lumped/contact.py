@@ -73,7 +73,7 @@ def kelvin_voigt_damping_ratio(restitution: float) -> float:
         >>> round(kelvin_voigt_damping_ratio(0.65), 6)
         0.135851
     """
-    return float(viscous_ratio(np.float64(_restitution(restitution)))) + 0.0  # not -0.0 for e = 1
+    return float(viscous_ratio(np.array(_restitution(restitution)))) + 0.0  # not -0.0 for e = 1
 
 
 @suggests_names
@@ -133,8 +133,8 @@ def hertz_damp_factor(restitution: float, form: str) -> float:
     e = _restitution(restitution)
     one_of("form", form, HERTZ_DAMP_FORMS)
     if form == "muthukumar_desroches_2006":
-        return float(muthukumar_des_roches_factor(np.float64(e)))
-    approximate = float(ye_li_zhu_factor(np.float64(e)))
+        return float(muthukumar_des_roches_factor(np.array(e)))
+    approximate = float(ye_li_zhu_factor(np.array(e)))
     if form == "ye_li_zhu_2009" or e == 1:
         return approximate
     if e < 0.01:
@@ -200,7 +200,7 @@ def jankowski_damping_ratio(restitution: float) -> float:
         >>> round(jankowski_damping_ratio(0.65), 4)
         0.3728
     """
-    return float(jankowski_ratio(np.float64(_restitution(restitution))))
+    return float(jankowski_ratio(np.array(_restitution(restitution))))
 
 
 class HertzImpact(NamedTuple):

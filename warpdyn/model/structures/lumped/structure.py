@@ -26,7 +26,7 @@ from warpdyn.model.structures.lumped.names import (
     checked_outputs,
 )
 from warpdyn.model.structures.lumped.places.kinds import kinds_of
-from warpdyn.model.structures.lumped.places.spring_values import checked_springs, spring_values, table_of
+from warpdyn.model.structures.lumped.places.spring_values import checked_springs, parameters_of_springs, spring_values
 from warpdyn.model.structures.lumped.spring import Spring
 from warpdyn.model.structures.modal import modal_properties
 from warpdyn.model.structures.structure import Structure
@@ -174,7 +174,7 @@ class LumpedStructure(LumpedMatrices, Structure):
             arrays["damping_ratio"] = np.array(real_number("damping_ratio", damping_ratio))
         if self.components > 1 and not self.is_vehicle:
             arrays[INCIDENCE] = np.array(0.0)
-        self.parameter_table: Mapping[str, Parameter] = FrozenMapping(table_of(self.storey_law, arrays))
+        self.parameter_table: Mapping[str, Parameter] = FrozenMapping(parameters_of_springs(self.storey_law, arrays))
         for name in OF_STRUCTURE:
             problem = name in arrays and self.parameter_table[name].first_violation(name, arrays[name], ())
             if problem:
@@ -308,7 +308,7 @@ class LumpedStructure(LumpedMatrices, Structure):
         known = [*self.names_along(dim), *dict.fromkeys(self.kinds.groups[dim])]
         for each in self.kinds.named(dim, self.names_along(dim), [str(each) for each in only])[1]:
             what = "degree of freedom" if dim == "dof" else "spring"
-            return f"only= names {each!r}, which is no {what} and no group with one{did_you_mean(each, known)}"
+            return f"only= names {each!r}, but no {what} and no group has this name{did_you_mean(each, known)}"
         return None
 
     def input_name(self, name: str) -> str:

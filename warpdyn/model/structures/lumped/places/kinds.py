@@ -135,7 +135,7 @@ def kinds_of(
     if rotations is None:
         rotating = {dof for dof in dofs if set(re.findall("[a-z]+", dof.lower())) & {*ROTATION_WORDS}}
     else:
-        rotating = {checked_text("rotations: a name", each) for each in _listed("rotations", rotations)}
+        rotating = {checked_text("rotations: a name", each) for each in _names_in("rotations", rotations)}
         check_known("rotations", sorted(rotating), dofs)
         given["rotations"] = [dof for dof in dofs if dof in rotating]
     rotating_springs = tuple(_rotates(spring, rotating) for spring in springs)
@@ -154,7 +154,7 @@ def kinds_of(
     )
 
 
-def _listed(what: str, given: object) -> list[object]:
+def _names_in(what: str, given: object) -> list[object]:
     if isinstance(given, str) or not isinstance(given, Collection):
         raise TypeError(f"{what} must be a list of names, such as ['theta'], got {shortened(given)}")
     return list(given)
@@ -194,14 +194,16 @@ def _groups(dofs: Sequence[str], springs: Sequence[str], given: object) -> dict[
         raise TypeError(f"groups must be a dictionary, such as {{'soil': ['sway', 'rocking']}}, got {shortened(given)}")
     known, found = {*dofs, *springs}, dict[str, str]()
     for group, names in given.items():
-        own_names = _listed(f"groups[{group!r}]", names)
+        own_names = _names_in(f"groups[{group!r}]", names)
         if checked_text("groups: a name", group) == BUILDING or (group in known and group not in own_names):
             raise ValueError(f"groups: {group!r} is already a name of the structure: give the group another name")
         for name in own_names:
             own = [each for each in (name, f"{name} x", f"{name} y") if each in known]
             if not own:
                 hint = did_you_mean(str(name), sorted(known))
-                raise ValueError(f"groups[{group!r}] names {name!r}, which is no degree of freedom and no spring{hint}")
+                raise ValueError(
+                    f"groups[{group!r}] names {name!r}, but no degree of freedom or spring has this name{hint}"
+                )
             for each in own:
                 if each in found:
                     raise ValueError(f"groups: {each!r} is in two groups, {found[each]!r} and {group!r}: remove one")

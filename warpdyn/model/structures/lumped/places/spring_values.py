@@ -55,7 +55,7 @@ def spring_values(springs: Sequence[Spring | Component]) -> dict[str, np.ndarray
     return found
 
 
-def table_of(law: BuildingLaw, arrays: Mapping[str, np.ndarray]) -> dict[str, Parameter]:
+def parameters_of_springs(law: BuildingLaw, arrays: Mapping[str, np.ndarray]) -> dict[str, Parameter]:
     """Return {name of a parameter: units and bounds}."""
     known = {
         "mass": Parameter("kg", "mass of the degree of freedom", low=0.0),
