@@ -133,7 +133,7 @@ def _divided(pattern: Pattern, dofs: tuple[tuple[int, ...], ...]) -> Storeys | N
         }
         for at in range(width)
     ]
-    outputs = () if any(pattern.resultants) else _by_storey(pattern.output, place, count) or ()
+    outputs = _by_storey(pattern.output, place, count) or ()
     codes["output"] = _codes(pattern.output, outputs, place, first["output"]) if outputs else []
     relative = tuple(
         all(_is_opposite(row.get((at, False)), row.get((at, True))) for row in codes["deformation"] + codes["output"])
