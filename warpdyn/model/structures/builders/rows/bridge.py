@@ -114,8 +114,8 @@ def longitudinal_bridge(
     these move. Displacements are positive to the right. Segments are rigid. Springs: the bearings, the piers and the
     backfill of the abutments with the name of the pier or abutment, and contacts such as "contact deck - right
     abutment". Outputs: the change of each joint such as "joint deck - right abutment" [m], the displacement of its
-    right side less that of its left side. The backfill is in the group "soil", and contacts in the group "contact"; both do
-    not count in the largest demand.
+    right side less that of its left side. The backfill is in the group "soil", and contacts in the group "contact";
+    both do not count in the largest demand.
 
     A contact acts while the joint is closed by more than the gap. The gap is the parameter `clearance` of the contact
     and may be random. An abutment that is not in `abutments` is rigid, so that the contact stiffness is that of the
