@@ -123,7 +123,7 @@ def longitudinal_bridge(
 
     Args:
         deck: Mass of each deck segment from left to right [kg], {name: mass}.
-        piers: The piers, {name: pier}; {} if there are none.
+        piers: The piers, {name: pier}; {} for a deck without piers.
         bearings: The bearings between segments and supports.
         gaps: Gap of each joint from left to right [m], shape [segment + 1]: left abutment, joints between segments,
             right abutment. None: this joint does not close.
@@ -169,7 +169,9 @@ def longitudinal_bridge(
     }
     supports = _supports(where, piers, abutments or {}, segments)
     masses = segments | {name: support.mass for name, support in supports.items()}
-    springs = [_bearing(where, bearing, segments, [*masses, LEFT, RIGHT]) for bearing in _listed(where, bearings)]
+    springs = [
+        _bearing(where, bearing, segments, [*masses, LEFT, RIGHT]) for bearing in _checked_bearings(where, bearings)
+    ]
     for bearing in springs:
         for dof in [each for each in bearing.direction if each not in masses]:
             del bearing.direction[dof]  # a rigid abutment does not move
@@ -233,7 +235,7 @@ def _supports(
     return found
 
 
-def _listed(where: str, bearings: object) -> Sequence[Bearing]:
+def _checked_bearings(where: str, bearings: object) -> Sequence[Bearing]:
     if not isinstance(bearings, list | tuple) or not all(isinstance(each, Bearing) for each in bearings):
         raise TypeError(f"{where}: bearings must be a list of Bearings, got {shortened(bearings)}")
     return bearings
