@@ -143,9 +143,9 @@ class Population:
                 return None
             if counted[-1] + 1 - counted[0] > counted.size:
                 raise ValueError(
-                    f"statistics: equipment, absorbers or soil are between the other places along {dims[0]!r}, so that "
-                    f"{demand} cannot be reduced during the run: simulate without statistics, or give "
-                    "added_storeys=True"
+                    f"statistics: equipment, absorbers, soil or contacts are between the other places along "
+                    f"{dims[0]!r}, so that {demand} cannot be reduced during the run: simulate without statistics, or "
+                    "give added_storeys=True"
                 )
             return int(counted[0]), int(counted[-1]) + 1
         is_of_storeys = dims in (("storey",), ("floor",))

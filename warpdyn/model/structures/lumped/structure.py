@@ -85,8 +85,8 @@ class LumpedStructure(LumpedMatrices, Structure):
         rotations: Names of the degrees of freedom that are rotations [rad]; None: those whose name contains a word such
             as "theta", "rotation", "rocking" or "pitch". They decide the units in datasets.
         groups: Names of degrees of freedom and springs by group, {group: [name, ...]}, to which scatter can be
-            restricted. The groups "equipment", "absorber" and "soil" do not count in the largest demand of the
-            building. Places in no group are in the group "building".
+            restricted. The groups "equipment", "absorber", "soil" and "contact" do not count in the largest
+            demand of the building. Places in no group are in the group "building".
         output_units: Units of the outputs, {name: unit}, such as "m"; `fragility` compares outputs of one unit only.
 
     Raises:
@@ -293,6 +293,8 @@ class LumpedStructure(LumpedMatrices, Structure):
             return None
         dim = self.dim_of(name)
         found = self.kinds.of_building(dim)
+        if not np.isfinite(self.parameters[name][found]).any():
+            found = ~found  # a parameter of springs in added groups only, such as the clearance of contacts
         if only is not None:
             found = self.kinds.named(dim, self.names_along(dim), [str(each) for each in only])[0]
         return None if found.all() else found
