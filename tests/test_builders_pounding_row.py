@@ -229,6 +229,19 @@ def test_random_gaps_and_stiffness_of_one_building():
     assert (stiffness[:, :5].std(axis=0) == 0).all()
 
 
+def test_contacts_do_not_count_in_the_largest_demand():
+    motions = [pulse(4.0, period, 0.5, 2.0) for period in (0.5, 0.6, 0.7)]
+    stripes = wd.Stripes(motions, [0.05, 0.1, 0.2], wd.PeakGroundAcceleration())
+    scatter = {"stiffness": wd.RandomFactor(wd.Lognormal(1.0, 0.2))}
+    row = wd.pounding_row(three(), GAPS, **LINEAR)
+    run = wd.simulate(wd.Scene(row, stripes, scatter), structures=6, seed=1, **SETTINGS)
+    peaks, limit = run["peak_spring_deformation"].values, 0.012
+    due, with_contacts = ((values > limit).any(axis=1).sum() for values in (peaks[:, :7], peaks))
+    assert 0 < due < with_contacts  # neighbours move apart by more than the drift of each storey
+    curve = wd.fragility(run, {"moderate": limit}, demand="peak_spring_deformation")
+    assert curve["exceeding_samples"].sum().item() == due
+
+
 def test_any_floors_collide_if_they_are_named():
     tall = wd.FlexuralShearBuilding([2e5] * 3, 2.8, period=0.4, alpha0=3.0, damping="modal", damping_ratio=0.05)
     torsional = wd.LumpedStructure(
