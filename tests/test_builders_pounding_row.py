@@ -73,7 +73,7 @@ def test_two_oscillators_have_the_peaks_of_the_event_exact_solution(contact, pea
         *run["peak_acceleration"].values[0],
     ]
     # Forces of Kelvin-Voigt contacts jump at the first touch: errors are proportional to the step.
-    np.testing.assert_allclose(found, peaks, rtol=1e-4 if contact == "one_sided_gap" else 2e-3)
+    np.testing.assert_allclose(found, peaks, rtol=1e-5 if contact == "one_sided_gap" else 1e-3)
 
 
 def hertz_damp_peaks(motion: wd.GroundMotion, duration: float) -> tuple[np.ndarray, np.ndarray]:
