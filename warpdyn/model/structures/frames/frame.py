@@ -32,7 +32,7 @@ from warpdyn.model.structures.frames.tables.columns import (
     read_member_loads,
     read_supports,
 )
-from warpdyn.model.structures.frames.tables.table import Rows, TableLike, check_names_known, column_of, read_table
+from warpdyn.model.structures.frames.tables.table import Rows, TableLike, column_of, read_table
 
 MASS_KINDS, GEOMETRIC_KINDS = ("lumped", "consistent"), ("string", "consistent")
 
@@ -292,8 +292,6 @@ class Frame(FrameStoreys, FrameMatrices):
             >>> run["peak_output"].sel(output="drift 1").dims
             ('sample',)
         """
-        if members is not None:
-            check_names_known("members", members, self.members, "member")
         return ReducedFrame(
             self,
             dofs=dofs,

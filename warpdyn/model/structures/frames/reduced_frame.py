@@ -13,7 +13,7 @@ from warpdyn.engine.laws import Parameter
 from warpdyn.foundations.core.checks import one_of, real_number, true_or_false, whole_number
 from warpdyn.foundations.core.frozen_values import FrozenMapping
 from warpdyn.foundations.core.near_misses import did_you_mean
-from warpdyn.model.structures.frames.choices import checked_outputs, kept_places
+from warpdyn.model.structures.frames.choices import checked_members, checked_outputs, kept_places
 from warpdyn.model.structures.frames.members.elements import Sections
 from warpdyn.model.structures.frames.members.forces import force_names, force_rows, unit_of
 from warpdyn.model.structures.frames.members.matrices import Bent
@@ -83,7 +83,7 @@ class ReducedFrame(LumpedStructure):
                 "dofs= (such as those of diaphragms) and reduction='guyan' or 'craig_bampton'"
             )
         self.output_kinds = checked_outputs(outputs)
-        self.members_out = tuple(frame.members if members is None else members)
+        self.members_out = checked_members(frame, members, self.output_kinds)
         self.drift_capacity = drift_capacity
         reduced_mass = reduced(mass, shapes)
         self.nominal_mass = np.diag(reduced_mass).copy()
