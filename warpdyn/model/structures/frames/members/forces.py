@@ -30,7 +30,9 @@ def unit_of(output: str) -> str:
     return "N m" if output.endswith(("moment start", "moment end")) else "N"
 
 
-def force_rows(frame: Frame, members: Sequence[str], shapes: np.ndarray, bent: Bent) -> np.ndarray:
+def force_rows(
+    frame: Frame, members: Sequence[str], shapes: np.ndarray, bent: Bent, softening: np.ndarray | None = None
+) -> np.ndarray:
     """Return forces per unit displacement of the kept degrees of freedom, in the order of `force_names`.
 
     Args:
@@ -38,6 +40,7 @@ def force_rows(frame: Frame, members: Sequence[str], shapes: np.ndarray, bent: B
         members: Names of the members.
         shapes: Displacements of the free degrees of freedom per kept one, shape [structure, free, dof].
         bent: Result of `Frame.bent` for the section properties.
+        softening: Geometric stiffness in local axes, result of `Frame.local_geometric`; None: without P-Delta.
 
     Returns:
         Coefficients [N/m] or [N m/m], shape [structure, force, dof].
@@ -45,8 +48,10 @@ def force_rows(frame: Frame, members: Sequence[str], shapes: np.ndarray, bent: B
     number = {name: place for place, name in enumerate(frame.members)}
     places = np.array([number[name] for name in members], dtype=int)
     local, conditions = bent
-    ends = (local[..., places, :, :] @ conditions.ends[..., places, :, :])[..., list(FORCES_OF_OUTPUTS.values()), :]
-    of_joints = ends @ frame.geometry.to_local[places]
+    ends = local[..., places, :, :] @ conditions.ends[..., places, :, :]
+    if softening is not None:
+        ends = ends + softening[..., places, :, :]
+    of_joints = ends[..., list(FORCES_OF_OUTPUTS.values()), :] @ frame.geometry.to_local[places]
     everywhere = np.zeros((len(shapes), len(frame.numbering.names), shapes.shape[2]))
     everywhere[:, frame.numbering.free] = shapes
     joints = everywhere[:, frame.numbering.of_members[places]]  # [structure, member, 6, dof]
