@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from warpdyn.model.structures.frames.members.matrices import Bent
 
 ENDS = ("start", "end")
+INCLUDES_GRAVITY = "includes_gravity"  # attribute of the result of `Frame.static`: 1 or 0
 FORCES_OF_OUTPUTS = {"axial": 3, "shear start": 1, "shear end": 4, "moment start": 2, "moment end": 5}
 
 
@@ -64,6 +65,7 @@ def demand_capacity_ratios(frame: Frame, results: xr.Dataset, *, has_gravity: bo
     function = "demand_capacity"
     check_dataset(function, results, advice="give the result of Frame.static or simulate()", argument="results")
     if "end_force" in results:
+        has_gravity = has_gravity and not _includes_gravity(results)
         forces = abs(results["end_force"].sel(member=list(frame.members)))
         demands = {
             "axial": forces.sel(action="axial").max("end"),
@@ -94,6 +96,17 @@ def demand_capacity_ratios(frame: Frame, results: xr.Dataset, *, has_gravity: bo
         "units": "1",
     }
     return found
+
+
+def _includes_gravity(results: xr.Dataset) -> bool:
+    """Return whether the forces of a static analysis include those under the gravity loads of the tables."""
+    if INCLUDES_GRAVITY not in results.attrs:
+        raise ValueError(
+            f"demand_capacity: the attribute {INCLUDES_GRAVITY!r} of the results is missing, such as after a sum of two "
+            "results, so that it is unknown whether gravity must be added: give gravity=False, or set "
+            f"results.attrs[{INCLUDES_GRAVITY!r}] to 1 or 0"
+        )
+    return bool(results.attrs[INCLUDES_GRAVITY])
 
 
 def _peaks(frame: Frame, results: xr.Dataset) -> dict[str, xr.DataArray]:
