@@ -235,8 +235,19 @@ def test_envelopes_and_demand_capacity_ratios():
     assert column["axial_demand"].item() == pytest.approx(axial + 50e3, rel=1e-9)  # 50 kN of gravity
     assert column["interaction_ratio"].item() == pytest.approx(column["axial_ratio"].item() + found, rel=1e-12)
     still = frame.static(gravity=True)
-    without = frame.demand_capacity(still, gravity=False)
-    assert without["axial_demand"].sel(member="L1").item() == pytest.approx(586.7e3, rel=1e-9)
+    loaded = frame.static({"floor 1": {"fx": 1e4}})
+    for results, more, due in (  # gravity counts once
+        (still, {}, 586.7e3),
+        (still, {"gravity": False}, 586.7e3),
+        (loaded, {}, 586.7e3),
+        (loaded, {"gravity": False}, 0.0),
+    ):
+        found = frame.demand_capacity(results, **more)["axial_demand"].sel(member="L1").item()
+        assert found == pytest.approx(due, rel=1e-9, abs=1e-6)
+    unknown = still.drop_attrs()
+    with pytest.raises(ValueError, match="'includes_gravity' of the results is missing"):
+        frame.demand_capacity(unknown)
+    assert frame.demand_capacity(unknown, gravity=False)["axial_demand"].sel(member="L1").item() > 5e5
     beam = frame.static(member_loads={"B1_1": {"qy": -20e3}})
     assert frame.demand_capacity(beam, gravity=False)["shear_demand"].sel(member="B1_1").item() == pytest.approx(60e3)
 

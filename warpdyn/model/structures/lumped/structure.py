@@ -119,6 +119,7 @@ class LumpedStructure(LumpedMatrices, Structure):
     family = "lumped"
     demand = "spring"
     devices = ()
+    can_have_zero_outputs = False
 
     def __init__(
         self,
@@ -148,7 +149,7 @@ class LumpedStructure(LumpedMatrices, Structure):
         self.pairs = sum(isinstance(each, BiaxialSpring) for each in springs)
         directions = [spring.direction for spring in self.springs]
         self.influence = checked_influence(influence, self.dof_names, directions)
-        self.outputs = checked_outputs(outputs, self.dof_names)
+        self.outputs = checked_outputs(outputs, self.dof_names, can_be_zero=self.can_have_zero_outputs)
         self.kinds = kinds_of(self.dof_names, self.springs, self.outputs, rotations, groups, output_units)
         given = dict(zip(MATRICES, (mass_matrix, stiffness_matrix, damping_matrix, geometric_stiffness), strict=True))
         self.matrices: Mapping[str, np.ndarray] = FrozenMapping(
