@@ -61,8 +61,8 @@ def period_based_ductility(building: ShearBuilding, pushed: xr.Dataset, *, perio
     check_kind("period_based_ductility", "a ShearBuilding", building, ShearBuilding, argument="building")
     if not building.own_storeys.all():
         raise ValueError(
-            "period_based_ductility: the building has isolators or a tuned mass damper, whose mass and displacement are "
-            "not those of floors in FEMA P-695: give the building without them, and its pushover"
+            "period_based_ductility: the building has isolators or a tuned mass damper, whose mass and displacement "
+            "are not those of floors in FEMA P-695: give the building without them, and its pushover"
         )
     advice = "give the result of pushover(building, roof_displacement)"
     check_dataset("period_based_ductility", pushed, "roof_displacement", "base_shear", advice=advice, argument="pushed")
@@ -80,8 +80,8 @@ def period_based_ductility(building: ShearBuilding, pushed: xr.Dataset, *, perio
     pattern = pushed.attrs.get("pattern", FIRST_MODE)
     if pattern != FIRST_MODE:
         raise ValueError(
-            f"period_based_ductility: the loads of the pushover have the pattern {pattern!r}, but the coefficient C0 is "
-            f"that of the first mode: call pushover(building, roof_displacement, pattern={FIRST_MODE!r})"
+            f"period_based_ductility: the loads of the pushover have the pattern {pattern!r}, but the coefficient C0 "
+            f"is that of the first mode: call pushover(building, roof_displacement, pattern={FIRST_MODE!r})"
         )
     displacement, shear = (finite_numbers(name, pushed[name].values) for name in ("roof_displacement", "base_shear"))
     peak, ultimate, how = _ultimate(displacement, shear, str(pushed.attrs.get("stopped_because", "")))
