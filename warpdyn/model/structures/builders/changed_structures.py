@@ -41,6 +41,7 @@ def arguments_after(structure: LumpedStructure, dofs: Sequence[str], old: np.nda
         for name in ("stiffness_matrix", "geometric_stiffness")
         if name in structure.matrices
     }
+    found["is_machine"] = structure.is_machine
     damping = inherent_damping(structure)
     if damping.any():
         found["damping_matrix"] = placed(damping)

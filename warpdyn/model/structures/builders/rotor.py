@@ -39,8 +39,6 @@ class UnbalancedRotor(BuiltStructure):
         True
     """
 
-    is_vehicle = True  # a machine: usual values of buildings do not apply
-
     def __init__(
         self, mass: float, stiffness: float | tuple[float, float], *, eccentricity: float, damping_ratio: float
     ) -> None:
@@ -63,6 +61,7 @@ class UnbalancedRotor(BuiltStructure):
                 for name, each in zip("xy", values, strict=True)
             ],
             influence=[{"x": 1.0}, {"y": 1.0}],
+            is_machine=True,
         )
 
     @property

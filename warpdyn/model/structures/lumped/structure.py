@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from warpdyn.engine.laws import Parameter
 from warpdyn.engine.laws.building_law import BuildingLaw
-from warpdyn.foundations.core.checks import real_number
+from warpdyn.foundations.core.checks import real_number, true_or_false
 from warpdyn.foundations.core.frozen_values import FrozenMapping
 from warpdyn.foundations.core.near_misses import did_you_mean, with_suggestions
 from warpdyn.model.structures.lumped.biaxial_spring import BiaxialSpring
@@ -88,6 +88,8 @@ class LumpedStructure(LumpedMatrices, Structure):
             restricted. The groups "equipment", "absorber", "soil" and "contact" do not count in the largest
             demand of the building. Places in no group are in the group "building".
         output_units: Units of the outputs, {name: unit}, such as "m"; `fragility` compares outputs of one unit only.
+        is_machine: Whether the structure is a vehicle or a machine. It has no warnings about values that are unusual
+            for buildings and earthquakes, and no parameter `incidence_angle`.
 
     Raises:
         ValueError: If a name is unknown or given twice, a degree of freedom has no mass, a matrix has a wrong shape, is
@@ -139,7 +141,10 @@ class LumpedStructure(LumpedMatrices, Structure):
         rotations: Sequence[str] | None = None,
         groups: Mapping[str, Sequence[str]] | None = None,
         output_units: Mapping[str, str] | None = None,
+        is_machine: bool = False,
     ) -> None:
+        if true_or_false("is_machine", is_machine):  # otherwise the class attribute
+            self.is_machine = True
         masses = checked_coefficients("mass", mass)
         self.dof_names = tuple(masses)
         if not 1 <= len(masses) <= MOST_DOFS:
@@ -173,7 +178,7 @@ class LumpedStructure(LumpedMatrices, Structure):
         arrays = {"mass": np.array(list(masses.values())), **spring_values(self.springs)}
         if damping_ratio is not None:
             arrays["damping_ratio"] = np.array(real_number("damping_ratio", damping_ratio))
-        if self.components > 1 and not self.is_vehicle:
+        if self.components > 1 and not self.is_machine:
             arrays[INCIDENCE] = np.array(0.0)
         self.parameter_table: Mapping[str, Parameter] = FrozenMapping(parameters_of_springs(self.storey_law, arrays))
         for name in OF_STRUCTURE:
@@ -329,7 +334,7 @@ class LumpedStructure(LumpedMatrices, Structure):
         found |= {"outputs": as_given(self.outputs)} if self.outputs else {}
         found |= {name: matrix.tolist() for name, matrix in self.matrices.items()}
         found |= {} if self.load_mass is None else {"load_mass": self.load_mass.tolist()}
-        found |= {**self.kinds.given} | ({"is_vehicle": True} if self.is_vehicle else {})
+        found |= {**self.kinds.given} | ({"is_machine": True} if self.is_machine else {})
         return found | ({"written_laws": texts} if (texts := self.storey_law.written) else {})
 
     def told(self) -> list[tuple[object, ...]]:
