@@ -39,6 +39,8 @@ class UnbalancedRotor(BuiltStructure):
         True
     """
 
+    names_of_builder = ("eccentricity", "ratio")
+
     def __init__(
         self, mass: float, stiffness: float | tuple[float, float], *, eccentricity: float, damping_ratio: float
     ) -> None:

@@ -104,6 +104,8 @@ class HalfCar(BuiltStructure):
         True
     """
 
+    names_of_builder = ("wheelbase",)
+
     def __init__(
         self,
         body_mass: float,
