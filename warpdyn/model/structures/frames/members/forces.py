@@ -102,8 +102,8 @@ def _includes_gravity(results: xr.Dataset) -> bool:
     """Return whether the forces of a static analysis include those under the gravity loads of the tables."""
     if INCLUDES_GRAVITY not in results.attrs:
         raise ValueError(
-            f"demand_capacity: the attribute {INCLUDES_GRAVITY!r} of the results is missing, such as after a sum of two "
-            "results, so that it is unknown whether gravity must be added: give gravity=False, or set "
+            f"demand_capacity: the attribute {INCLUDES_GRAVITY!r} of the results is missing, such as after a sum of "
+            "two results, so that it is unknown whether gravity must be added: give gravity=False, or set "
             f"results.attrs[{INCLUDES_GRAVITY!r}] to 1 or 0"
         )
     return bool(results.attrs[INCLUDES_GRAVITY])
