@@ -1,4 +1,4 @@
-"""Slots of kernels that loop over the equal storeys of lumped structures; slots.py contains all others.
+"""Slots of lumped structures: of loops over equal storeys and of implicit steps; slots.py contains all others.
 
 Each row contains the index, the text, the variables that a part may read, and those that it may change.
 """
@@ -33,4 +33,21 @@ OF_EQUAL_STOREYS: dict[str, tuple[str, ...]] = {
         "moving",
         "vi ai",
     ),
+}
+
+_STATE = "u v us vs z drift rate f memory c after dashpot net vi ai spring_force deformation applied felt shaken"
+OF_IMPLICIT_STEPS: dict[str, tuple[str, ...]] = {
+    "take_step": ("kernel", "Take a step of an implicit method from the accepted state.", "", _STATE),
+    "begin_implicit_step": ("kernel", "Set the first trial state of the step.", "", _STATE),
+    "evaluate_trial": ("kernel", "Evaluate the unbalanced accelerations of the trial state.", "", _STATE),
+    "judge_trial": ("lane", "Decide whether the search ends.", "iteration", "unsettled"),
+    "correct_trial": ("lane", "Find and add Newton's correction.", "iteration", _STATE),
+    "find_system": ("lane", "Find the matrix of the linear system.", "", _STATE),
+    "factor_system": ("lane", "Factor the matrix."),
+    "solve_system": ("lane", "Solve the linear system."),
+    "accept_step": ("kernel", "Accept the state at the end of the step.", "", _STATE),
+}
+OF_LUMPED = {
+    "Lumped structures of equal storeys": OF_EQUAL_STOREYS,
+    "Implicit steps of lumped structures": OF_IMPLICIT_STEPS,
 }
