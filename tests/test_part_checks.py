@@ -331,6 +331,7 @@ def plans():
     for method, law in (("rk4", "bouc_wen_1"), ("kutta3", "bilinear")):
         yield replace(LUMPED, method=method, law=rules_of(law), starts_displaced=True)
         yield build.history_plan(replace(LUMPED, pattern=replace(LUMPED.pattern, components=2)))
+    yield replace(LUMPED, method="hht_alpha", law=rules_of("bilinear"))
     # A contact that depends on the rate, and a spring with two components.
     yield plan_of(MIXED, dynamics_of(MIXED), "rk4", "float32", is_gpu=False)
     # Equal storeys, of which threads of a GPU share a sample, and one evaluation of the forces per step.
