@@ -131,14 +131,17 @@ def default_method(
     names = forces.names
     words = " and ".join(WORDS.get(damping, f"{damping} damping") for damping in dampings)
     where, what = DEVICES[device], f"storeys of {', '.join(names)} with {words}"
+    column = device + ALL_RECORDERS
+    if records_only_drifts or not all(column in each for key, each in measured_costs().items() if key[0] in names):
+        column = device
+    what += ", peak drifts only" if column == device else ", all recorders and a collapse limit"
     rows = [row for row in measured_methods() if row.law in names and row.damping in dampings]
     best = None
     least = MOST_COST
     for method, steps in dict.fromkeys((row.method, row.steps) for row in rows):
         own = [row for row in rows if (row.method, row.steps) == (method, steps)]
         found = [measured_costs().get((name, method, steps), {}) for name in names]
-        end = "" if records_only_drifts or not all(device + ALL_RECORDERS in each for each in found) else ALL_RECORDERS
-        costs = [each[device + end] for each in found if device + end in each]
+        costs = [each[column] for each in found if column in each]
         pairs = {(row.law, row.damping) for row in own}
         is_measured = len(pairs) == len(set(names)) * len(set(dampings)) and len(costs) == len(names)
         if not is_measured or max(row.error_95 for row in own) > MOST_ERROR or min(costs) > least:
