@@ -64,6 +64,8 @@ CHECKS: Mapping[str, Check] = {
             **_SPREAD,
         },
     ),
+    # One turn is 6.28 rad; slightly more is left for angles such as 400 degrees.
+    "incidence_angle": Check("angle of incidence", "rad", 0.0, 7.0, given_in({"degrees": np.pi / 180})),
     "storey_height": Check(
         "storey height", "m", 1.5, 30.0, given_in(LENGTH), of_storeys=lambda b: b.in_own(b["height"])
     ),
