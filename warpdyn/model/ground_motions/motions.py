@@ -98,6 +98,13 @@ class GroundMotion(FrozenArrays):
         """
         return replace(self, acceleration=resampled_columns(self.values, self.step, step)[:, 0], step=step)
 
+    def lengthened(self, samples: int) -> GroundMotion:
+        """Return the motion with zeros after its end, so that it has at least this number of samples."""
+        if samples <= self.acceleration.size:
+            return self
+        added = np.zeros(samples - self.acceleration.size)
+        return replace(self, acceleration=np.append(self.acceleration, added))
+
     def description(self) -> dict[str, object]:
         """Return the motion as a dictionary for JSON: names, step, and number of samples and their digest (hash)."""
         said = {"name": self.name, "source": self.source, "step": self.step, "samples": self.acceleration.size}

@@ -243,7 +243,7 @@ class Scene:
         Args:
             text: The JSON.
             motions: The ground motions of the scene, in any order; additional motions are ignored. The JSON contains
-                only a digest of each motion's samples.
+                only a digest of each motion's samples. The components of a PairOfMotions can be given instead of it.
 
         Raises:
             ValueError: If a motion is missing, the JSON contains only the shape of a long array, or an object has a
