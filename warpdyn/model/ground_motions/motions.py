@@ -168,9 +168,9 @@ def checked_motions(
         raise ValueError("motions is empty: give at least one GroundMotion")
     for index, motion in enumerate(motions):
         if not isinstance(motion, kinds):
+            like = f"motions[{index}].components" if hasattr(motion, "components") else "those of wd.records.read(path)"
             raise TypeError(
-                f"motions[{index}] is a {type(motion).__name__}; every motion must be a GroundMotion, such as those of "
-                "wd.records.read(path)"
+                f"motions[{index}] is a {type(motion).__name__}; every motion must be a GroundMotion, such as {like}"
             )
     return motions
 
