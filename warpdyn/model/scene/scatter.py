@@ -322,7 +322,7 @@ def check_scatter(structure: Structure, scatter: Scatter) -> None:
         is_of_one = isinstance(spread, RandomFactor) and spread.per == "building" and spread.only is None
         problem = structure.scatter_problem(name, is_common_factor=is_of_one) or spread.problem(name, structure)
         if problem:
-            raise ValueError(f"scatter[{name!r}]: {problem.removeprefix(f'scatter[{name!r}]: ')}")
+            raise ValueError(problem if problem.startswith("scatter[") else f"scatter[{name!r}]: {problem}")
 
 
 def central(structure: Structure, scatter: Scatter) -> dict[str, np.ndarray]:
