@@ -17,6 +17,8 @@ from warpdyn.foundations.core.near_misses import with_suggestions
 from warpdyn.foundations.core.units import STANDARD_GRAVITY
 from warpdyn.model.ground_motions.excitation import Sampled, resampled_columns
 
+FEWEST_CROSSINGS = 10  # a motion that crosses its baseline fewer times is not treated as a record
+MOST_DRIFT = 8.0  # velocity of the baseline over velocity of the rest of the motion; 0.2 % of white noise exceed it
 
 @with_suggestions
 @dataclass(frozen=True, eq=False, repr=False)
@@ -143,6 +145,24 @@ class GroundMotion(FrozenArrays):
     def peak_ground_acceleration(self) -> float:
         """Largest absolute ground acceleration [m/s2]."""
         return float(np.abs(self.acceleration).max())
+
+    @cached_property
+    def baseline_over_peak(self) -> float:
+        """Peak of the straight line fitted to the record, divided by the peak of the record [1].
+
+        The value is 0 if the record has no offset. An offset is assumed if the velocity of the line is more than
+        MOST_DRIFT times the velocity of the motion minus the line. Pulses and other motions that do not oscillate about
+        the line count as motions without offset.
+        """
+        a = self.acceleration
+        # With times from -1 to 1, the mean and the slope of the line can be computed separately.
+        place = np.linspace(-1.0, 1.0, a.size)
+        line = a.mean() + place * (a @ place) / (place @ place)
+        rest = a - line
+        if np.count_nonzero(rest[1:] * rest[:-1] < 0) < FEWEST_CROSSINGS:
+            return 0.0
+        drift, swing = np.abs(np.cumsum(line)).max(), np.abs(np.cumsum(rest)).max()
+        return float(np.abs(line).max() / self.peak_ground_acceleration) if drift > MOST_DRIFT * swing else 0.0
 
 
 def checked_motions(
