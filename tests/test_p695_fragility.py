@@ -164,7 +164,7 @@ def test_figures_show_once_where_they_are_the_last_line(main_job: tuple[Path, st
         "building, low = wd.ShearBuilding.from_hazus('C1M', 'high', 5), wd.ShearBuilding.from_hazus('W1', 'high', 1)\n"
         "motion = wd.GroundMotion(np.sin(np.arange(200.0) / 9), 0.01)\n"
         "scene_of_low = wd.Scene(low, wd.Cloud([motion]), recorders=('drift',))\n"
-        "hazard = wd.HazardCurve([0.02, 0.1, 0.5, 2.0, 10.0], [0.3, 0.05, 3e-3, 1e-4, 1e-6])\n"
+        "hazard = wd.HazardCurve([0.02, 0.1, 0.5, 2.0, 10.0], [0.3, 0.05, 3e-3, 1e-4, 1e-6], measure='')\n"
         "columns = ['longitude', 'latitude', 'number', 'probability_extensive', 'standard_error_extensive']\n"
         "results = pd.DataFrame([[-122.3, 37.8, 1, 0.1, 0.1], [-122.2, 37.9, 1, 0.4, 0.1]], columns=columns)",
         *(f"wd.plots.{name}({arguments})" for name, arguments in FIGURES.items()),
