@@ -127,7 +127,10 @@ def test_plausible_structures_give_no_warning(call):
         (lambda: soil(shear_wave_velocity=0.15), ("shear-wave velocity of the soil", "km/s, it would be 150 m/s")),
         (lambda: tower(3000.0), ("storey height at storey 1 is 3000 m", "given in mm, it would be 3 m")),
         (lambda: tower(gravity_load=3924.0), ("gravity load over mass times g is 0.001", "given in kN")),
-        (lambda: sliding(100e3), ("weight on the sliders over the weight that moves on them is 0.10197", "given in kg")),
+        (
+            lambda: sliding(100e3),
+            ("weight on the sliders over the weight that moves on them is 0.10197", "given in kg"),
+        ),
         (lambda: sliding(981.0), ("weight on the sliders over the weight that moves on them is 0.001", "given in kN")),
         (lambda: pounding(100.0), ("of spring 'contact' is 0.001", "impact_mass given in tonnes, it would be 1")),
         (lambda: torsional(PLAN, inertia=8.2e3), ("half the diagonal of the plan is 0.02", "inertia given in t m2")),

@@ -141,7 +141,11 @@ class Sampler:
         """
         for name, spread in self.scatter.items():
             is_given = isinstance(spread, GivenValues)
-            values = spread.values if is_given else central(self.structure, {name: spread})[name][None]
+            values = (
+                spread.values
+                if isinstance(spread, GivenValues)
+                else central(self.structure, {name: spread})[name][None]
+            )
             axes = ("structure", self.structure.dim_of(name))
             taken = storeys_with(self.structure.nominal_values[name]) if values.ndim == 2 else None
             what = f"the given {name}" if is_given else f"the median of the random {name}"

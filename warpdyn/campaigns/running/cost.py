@@ -18,7 +18,7 @@ MOST_CHOSEN_STEPS = 10**8  # of a sample whose step the user did not limit; abou
 
 
 def tell_cost(run: Run, events: Sequence[Ensemble]) -> None:
-    """Report the expected time of a run if it is longer than TOLD [s]; warn or refuse if a sample takes very many steps.
+    """Report the expected time of a run if it is longer than TOLD [s]; warn or refuse if a sample has very many steps.
 
     Args:
         run: The prepared run.

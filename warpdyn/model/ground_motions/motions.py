@@ -20,6 +20,7 @@ from warpdyn.model.ground_motions.excitation import Sampled, resampled_columns
 FEWEST_CROSSINGS = 10  # a motion that crosses its baseline fewer times is not treated as a record
 MOST_DRIFT = 8.0  # velocity of the baseline over velocity of the rest of the motion; 0.2 % of white noise exceed it
 
+
 @with_suggestions
 @dataclass(frozen=True, eq=False, repr=False)
 class GroundMotion(FrozenArrays):

@@ -151,7 +151,8 @@ class Rebuilding:
         A pair can be given as a pair, or as the single motions that are its components.
         """
         if told.get("digest") not in self.by_digest and isinstance(told.get("components"), list):
-            return PairOfMotions(*map(self.motion, told["components"]), name=told["name"])  # type: ignore[arg-type]
+            components: Any = dict(zip(("x", "y", "vertical"), map(self.motion, told["components"]), strict=False))
+            return PairOfMotions(**components, name=told["name"])
         if told.get("digest") not in self.by_digest:
             for each in self.by_digest.values():
                 if isinstance(each, GroundMotion) and each.step == told["step"]:
