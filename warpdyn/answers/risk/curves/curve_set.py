@@ -261,8 +261,8 @@ def check_hazard(function: str, hazard: Hazard, units: str, measure: str) -> Non
     if hazard.is_unnamed and measure not in UNNAMED:
         warn_caller(
             f"{function}: the hazard does not name its intensity measure, so that a hazard of another measure or "
-            f"period than that of the curves ({measure!r}) is not detected. Give HazardCurve(..., measure={measure!r}), "
-            "or measure='' to skip this check"
+            f"period than that of the curves ({measure!r}) is not detected. Give HazardCurve(..., "
+            f"measure={measure!r}), or measure='' to skip this check"
         )
     warn_unless_compared(f"{function}: the hazard and the curves", hazard.measure, measure)
     if same_measure(hazard.measure, measure) is False:
