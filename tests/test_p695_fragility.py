@@ -97,7 +97,7 @@ def test_elastic_stripe_follows_the_spectrum(result: xr.Dataset) -> None:
     # First mode of a uniform chain of five storeys: shape sin(i pi / 11); participation factor at the top floor: 1.252.
     shape = np.sin(np.arange(1, 6) * np.pi / 11)
     expected = shape.sum() / (shape @ shape) * shape[0] * spectral_displacement
-    # The building has 7 % damping (spectrum: 5 %), higher modes and random periods, so that only the median is compared.
+    # The building has 7 % damping (spectrum: 5 %), higher modes and random periods: only the median is compared.
     assert np.median(drift) == pytest.approx(expected, rel=0.15)
 
 
