@@ -24,6 +24,7 @@ from warpdyn.engine.methods.kinds import MultistepMethod
 from warpdyn.engine.methods.table import METHODS, StoreyForces
 from warpdyn.foundations.core.checks import one_of, real_number, true_or_false, whole_number
 from warpdyn.foundations.core.thread_pool import MOST_THREADS, cores
+from warpdyn.model.ground_motions.filtered_noise import FilteredNoise
 from warpdyn.model.structures.shear_building import ShearBuilding
 from warpdyn.model.structures.structure import Structure
 
@@ -129,9 +130,7 @@ class Integration:
         """Whether the user determines the step, directly or by a target error."""
         return any(value is not None for value in (self.step, self.longest_step, self.target_error))
 
-    def settled(
-        self, forces: StoreyForces, scene: Scene, *, is_gpu: bool, error_of_float32: float = 0.0
-    ) -> Settled:
+    def settled(self, forces: StoreyForces, scene: Scene, *, is_gpu: bool, error_of_float32: float = 0.0) -> Settled:
         """Return the settings for a scene, with the default method if none is given, and the refinement of steps.
 
         Args:
@@ -148,6 +147,7 @@ class Integration:
                 measured_dampings(scene.structure),
                 is_gpu=is_gpu,
                 records_only_drifts=scene.recorders == ("drift",) and scene.collapse_limit is None,
+                is_noise=isinstance(scene.excitation, FilteredNoise),
             )
             chosen |= {"method": default.method, "refinement": default.steps, "reason": default.reason}
         elif isinstance(METHODS[chosen["method"]], MultistepMethod) and not self.is_stepped:

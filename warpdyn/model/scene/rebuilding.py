@@ -18,6 +18,7 @@ from warpdyn.model.ground_motions.forces import ForceHistory, FreeVibration, Har
 from warpdyn.model.ground_motions.measures import one_component, pairs
 from warpdyn.model.ground_motions.motions import GroundMotion, checked_motions
 from warpdyn.model.ground_motions.motions_at_sites import MotionsAtSites
+from warpdyn.model.ground_motions.pairs_of_motions import PairOfMotions
 from warpdyn.model.scene import distributions, scatter
 from warpdyn.model.scene.portfolio import Archetype, Portfolio
 from warpdyn.model.structures.builders.torsional_building import TorsionalBuilding
@@ -144,9 +145,20 @@ class Rebuilding:
             raise _foreign(where, told["type"])
         return _made(OWN[told["type"]], inner, where)
 
-    def motion(self, told: dict[str, Any]) -> GroundMotion:
-        """Return the ground motion among the given ones whose digest equals the digest in the description."""
+    def motion(self, told: dict[str, Any]) -> GroundMotion | PairOfMotions:
+        """Return the ground motion among the given ones whose digest equals the digest in the description.
+
+        A pair can be given as a pair, or as the single motions that are its components.
+        """
+        if told.get("digest") not in self.by_digest and isinstance(told.get("components"), list):
+            components: Any = dict(zip(("x", "y", "vertical"), map(self.motion, told["components"]), strict=False))
+            return PairOfMotions(**components, name=told["name"])
         if told.get("digest") not in self.by_digest:
+            for each in self.by_digest.values():
+                if isinstance(each, GroundMotion) and each.step == told["step"]:
+                    longer = each.lengthened(told["samples"])  # as by PairOfMotions.from_records
+                    if longer.description()["digest"] == told["digest"]:
+                        return longer
             given = f"none of the {len(self.by_digest)} given motions has them; " if self.by_digest else ""
             raise ValueError(
                 f"from_json(): the JSON does not contain the samples of motion {told['name']!r} ({told['samples']} at "
