@@ -111,7 +111,8 @@ def _scanned_limits(method: ExplicitMethod | MultistepMethod | ImplicitMethod, d
     scale = limit_scale(method, damping_ratio)
     # The matrices of many steps are computed in parts that fit in the cache, those of one step all at once.
     parts = np.array_split(damping_ratio, 1 + damping_ratio.size // DAMPING_RATIOS_AT_A_TIME)
-    ends, starts_unstable, low, high = map(np.concatenate, zip(*(_bracket(method, part) for part in parts), strict=True))
+    brackets = zip(*(_bracket(method, part) for part in parts), strict=True)
+    ends, starts_unstable, low, high = (np.concatenate(each) for each in brackets)
     # Bisection finds the zero of a condition that is violated at the end of the bracket; other conditions may be 0
     # everywhere, except for rounding.
     broken = _conditions(method, high / scale, damping_ratio) < -ROUNDING
