@@ -64,9 +64,19 @@ def fingerprint(*values: object) -> str:
 
 def _feed(digest: hashlib._Hash, value: Any) -> None:
     """Add a value to a hash, with its class and length; elements and attributes of the value are added recursively."""
+    kind = type(value)
+    if kind is str:  # first, because most values are texts, tuples and lists; exact types are found fastest
+        text = repr(value)
+        digest.update(f"str:{len(text)}:{text}".encode())
+        return
+    if kind is tuple or kind is list:
+        digest.update(f"[{len(value)}".encode())
+        for item in value:
+            _feed(digest, item)
+        return
     if isinstance(value, np.generic):
         value = value.item()
-    if value is None or isinstance(value, bool | int | float | str):  # first, because most values are of these kinds
+    if value is None or isinstance(value, bool | int | float | str):
         if isinstance(value, float) and value.is_integer():
             value = int(value)
         text = repr(value)
