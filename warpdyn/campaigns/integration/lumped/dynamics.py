@@ -98,6 +98,7 @@ class LumpedDynamics(Dynamics):
             pairs=structure.pairs,
             biaxial_law=self.biaxial_law,
             resultants=structure.resultants,
+            line=structure.column_line,
             **tables,
         )
 
@@ -122,7 +123,7 @@ class LumpedDynamics(Dynamics):
         mass = structure.mass_matrices(parameters)
         inverse = np.linalg.inv(mass)
         inverse = without_rounding((inverse + inverse.transpose(0, 2, 1)) / 2, ROUNDED)
-        elastic = structure.elastic_matrices(parameters) - structure.geometric_matrices(parameters)
+        elastic = structure.linear_matrices(parameters) - structure.geometric_matrices(parameters)
         outputs = structure.output_matrices(parameters)
         influence = structure.influences(parameters)
         drive = influence
@@ -183,6 +184,8 @@ class LumpedDynamics(Dynamics):
         if self.pairs is not None:
             of_pairs = self._coefficients(self.pairs, parameters, self.biaxial_variants)
             terms.insert(len(terms) - len(OF_ENERGIES), of_pairs)
+        if self.pattern.line is not None:
+            terms.insert(len(terms) - len(OF_ENERGIES), of_structure.values_of_line(parameters))
         whole = np.concatenate(terms)
         packed = {
             "coefficients": coefficients if len(coefficients) else np.zeros((1, structures)),

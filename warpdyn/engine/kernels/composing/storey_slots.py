@@ -1,4 +1,4 @@
-"""Slots of kernels that walk over the equal storeys of lumped structures; slots.py contains all others.
+"""Slots of lumped structures of equal storeys and of fish-bone frames; slots.py contains all others.
 
 Each row contains the index, the text, the variables that a part may read, and those that it may change.
 """
@@ -33,4 +33,18 @@ OF_EQUAL_STOREYS: dict[str, tuple[str, ...]] = {
         "moving",
         "vi ai",
     ),
+}
+
+OF_COLUMN_LINE: dict[str, tuple[str, ...]] = {
+    "begin_balance": ("kernel", "Begin the search for the rotations of a fish-bone frame."),
+    "unbalance_hinges": ("kernel", "Compute the unbalanced moments and the flexibilities of all hinges.", "", "i memory c"),
+    "judge_balance": ("kernel", "Decide for each lane how its search goes on.", "solution", "seeking"),
+    "eliminate_joints": ("kernel", "Solve the tridiagonal system of the rotations of joints."),
+    "correct_turns": ("kernel", "Correct the rotations of joints and ends of members."),
+    "end_balance": ("kernel", "After the search for rotations.", "", "i deformation"),
+}
+
+OF_LUMPED = {
+    "Lumped structures of equal storeys": OF_EQUAL_STOREYS,
+    "Fish-bone frames with hinges": OF_COLUMN_LINE,
 }

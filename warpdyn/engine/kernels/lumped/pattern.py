@@ -21,6 +21,10 @@ OF_ENERGIES = ("mass", "pull")  # the last tables of a pattern
 UNIT = -1  # place of a value that is 1 in all structures
 
 
+# Ends of members of a storey of a column line that may have hinges, and values of a storey.
+PLACES_OF_STOREY, VALUES_OF_STOREY = 3, 4
+
+
 @dataclass(frozen=True)
 class Term:
     """One entry of a matrix that is not 0.
@@ -60,6 +64,25 @@ class Table:
 
 
 @dataclass(frozen=True)
+class ColumnLine:
+    """The column line of a fish-bone frame, whose massless rotations a kernel finds in each stage.
+
+    Args:
+        springs: Of each storey the hinges at the lower and upper end of its column and at the start of the half-beam
+            of the floor above it, as indices of springs; -1 for a rigid connection.
+        is_fixed: Whether the base cannot rotate.
+    """
+
+    springs: tuple[int, ...]
+    is_fixed: bool
+
+    @property
+    def values(self) -> int:
+        """Number of stiffnesses and inverse heights, with the stiffness of the base."""
+        return VALUES_OF_STOREY * (len(self.springs) // PLACES_OF_STOREY) + 1
+
+
+@dataclass(frozen=True)
 class Pattern:
     """The pattern of a lumped structure, part of a kernel's plan.
 
@@ -79,6 +102,7 @@ class Pattern:
         pairs: Number of biaxial springs; the deformations of their components are the last rows of `deformation`.
         biaxial_law: Device functions of the biaxial springs; None without such springs.
         resultants: For each output the places of its other rows; () for an output that is not a resultant.
+        line: The column line of a fish-bone frame with hinges; None for other structures.
     """
 
     deformation: Table
@@ -95,6 +119,7 @@ class Pattern:
     pairs: int = 0
     biaxial_law: StoreyRules | None = None
     resultants: tuple[tuple[int, ...], ...] = ()
+    line: ColumnLine | None = None
 
     @property
     def springs(self) -> int:
@@ -121,6 +146,16 @@ class Pattern:
     def values_of_pairs(self) -> int:
         """Number of coefficients of the biaxial springs, which follow the values of dashpots."""
         return 0 if self.biaxial_law is None else self.pairs * number_of_coefficients(self.biaxial_law)
+
+    @property
+    def first_of_line(self) -> int:
+        """Place of the first value of a column line, which follow those of biaxial springs."""
+        return self.values + self.springs * self.has_dashpots + self.values_of_pairs
+
+    @property
+    def values_of_line(self) -> int:
+        """Number of values of a column line."""
+        return 0 if self.line is None else self.line.values
 
     @property
     def values_of_energies(self) -> int:

@@ -15,7 +15,7 @@ RIGID_AREA = 1e3  # area of the column line over the sum of the columns, so that
 
 
 @dataclass
-class _Level:
+class Level:
     """The members of a storey and of the floor above it, by index."""
 
     columns: list[int] = field(default_factory=list)
@@ -59,7 +59,7 @@ def fishbone(frame: Frame) -> Frame:
         array([0.999])
     """
     check_kind("fishbone", "a Frame", frame, Frame, argument="frame")
-    levels, floors = _levels(frame)
+    levels, floors = levels_of(frame)
     heights = [0.0, *(frame.level_of(floor) - _base(frame) for floor in floors)]
     width = _half_bay(frame)
     nodes: dict[str, Any] = {"J0": (0.0, 0.0)}
@@ -98,20 +98,23 @@ def _base(frame: Frame) -> float:
     return float(min(frame.nodes[name]["y"] for name in frame.supports))
 
 
-def _levels(frame: Frame) -> tuple[list[_Level], list[str]]:
-    """Return the members of each storey with the floor above, and the moving floors from the lowest to the highest."""
+def levels_of(frame: Frame, who: str = "fishbone()") -> tuple[list[Level], list[str]]:
+    """Return the members of each storey with the floor above, and the moving floors from the lowest to the highest.
+
+    Errors begin with `who`, the function or class that needs the levels.
+    """
     free = set(frame.numbering.free_names)
     floors = [floor for floor in frame.floors if floor in free]
     if not floors:
-        raise ValueError("fishbone(): the frame has no rigid floors: give diaphragms= with the nodes of each floor")
+        raise ValueError(f"{who}: the frame has no rigid floors: give diaphragms= with the nodes of each floor")
     level_of = {node: place for place, floor in enumerate(floors, start=1) for node in frame.diaphragms[floor]}
-    found = [_Level() for _ in floors]
+    found = [Level() for _ in floors]
     for index, (name, row) in enumerate(frame.members.items()):
         ends = [row["start"], row["end"]]
         for node in ends:
             if node not in level_of and node not in frame.supports:
                 raise ValueError(
-                    f"fishbone(): node {node!r} of member {name!r} is neither on a rigid floor nor supported"
+                    f"{who}: node {node!r} of member {name!r} is neither on a rigid floor nor supported"
                 )
         low, high = sorted(level_of.get(node, 0) for node in ends)
         x = frame.coordinates[frame.ends[index], 0]
@@ -122,16 +125,16 @@ def _levels(frame: Frame) -> tuple[list[_Level], list[str]]:
             which.append(index)
         else:
             raise ValueError(
-                f"fishbone(): member {name!r} is neither a beam within a floor nor a column between adjacent floors: a "
+                f"{who}: member {name!r} is neither a beam within a floor nor a column between adjacent floors: a "
                 "fish-bone has no braces and no columns over several storeys"
             )
     for floor, level in zip(floors, found, strict=True):
         if not level.columns:
-            raise ValueError(f"fishbone(): the storey below floor {floor!r} has no column")
+            raise ValueError(f"{who}: the storey below floor {floor!r} has no column")
     return found, floors
 
 
-def _column_line(frame: Frame, level: _Level, modulus: float, place: int) -> tuple[dict[str, float], dict[str, Any]]:
+def _column_line(frame: Frame, level: Level, modulus: float, place: int) -> tuple[dict[str, float], dict[str, Any]]:
     """Return section and member of the column line: sums of EI, of shear stiffness and of end springs."""
     taken = level.columns
     nominal, geometry = frame.nominal, frame.geometry
@@ -162,7 +165,7 @@ def _springs_at(frame: Frame, columns: list[int], end: str) -> np.ndarray:
     return found
 
 
-def _floor_stiffness(frame: Frame, level: _Level) -> float:
+def _floor_stiffness(frame: Frame, level: Level) -> float:
     """Return the sum of the moments of all beam ends for a unit rotation of all joints [N m/rad]."""
     turned = np.zeros(6)
     turned[[2, 5]] = 1.0
@@ -177,7 +180,7 @@ def _half_bay(frame: Frame) -> float:
     return float(spans[spans > 0].mean() / 2) if (spans > 0).any() else 1.0
 
 
-def _base_support(frame: Frame, level: _Level) -> dict[str, bool | float]:
+def _base_support(frame: Frame, level: Level) -> dict[str, bool | float]:
     """Return the support of the column line: that of all columns, or the sum of their rotational springs."""
     lower = [frame.ends[i][np.argmin(frame.coordinates[frame.ends[i], 1])] for i in level.columns]
     names = [list(frame.nodes)[node] for node in lower]
