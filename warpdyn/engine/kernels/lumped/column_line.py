@@ -234,9 +234,9 @@ def eliminate_joints():
             if BASE_IS_FIXED and floor == 0:
                 push[0, j] = dtype(0.0)
             else:
-                carried = between / pivot[floor, j]
-                of_upper -= carried * between
-                push_upper -= carried * push[floor, j]
+                passed_on = between / pivot[floor, j]
+                of_upper -= passed_on * between
+                push_upper -= passed_on * push[floor, j]
             coupling[floor, j] = between
             pivot[floor + 1, j] = of_upper
             push[floor + 1, j] = push_upper

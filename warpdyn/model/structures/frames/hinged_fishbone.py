@@ -181,13 +181,14 @@ class HingedFishbone(ReducedFrame):
     def description(self) -> dict[str, Any]:
         """Return the structure as a dictionary, for its JSON."""
         told = super().description()
-        hinges = {name: spring.description() for name, spring in zip(self.hinge_names, self._hinges(), strict=True)}
-        return told | {"type": "HingedFishbone", "hinges": hinges}
-
-    def _hinges(self) -> list[Spring]:
-        names = set(self.hinge_names)
-        by_name = {spring.name: spring for spring in self.springs if spring.name in names}
-        return [by_name[name] for name in self.hinge_names]  # type: ignore[misc]
+        for name in ("dofs", "reduction", "modes", "vertical", "members"):
+            del told[name]
+        by_name = {spring.name: spring for spring in self.springs}
+        rows = []
+        for (member, end), name in zip(self.hinges, self.hinge_names, strict=True):
+            spring = by_name[name]
+            rows.append({"member": member, "end": end, "law": spring.law.name, **spring.parameters})
+        return told | {"type": "HingedFishbone", "hinges": rows}
 
     def __repr__(self) -> str:
         return (
