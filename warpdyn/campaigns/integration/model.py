@@ -153,7 +153,10 @@ class Model:
     def _recorded(self, recorders: tuple[str, ...]) -> dict[str, Variable]:
         """Return the variables that the given recorders and the method fill for each sample, by name."""
         plan, is_adaptive = self.plan, self.method.is_adaptive
-        return recorded(plan.family, recorders, is_adaptive=is_adaptive, collapses=plan.collapses)
+        has_line = plan.pattern is not None and plan.pattern.line is not None
+        return recorded(
+            plan.family, recorders, is_adaptive=is_adaptive, collapses=plan.collapses, has_line=has_line
+        )
 
     @cached_property
     def demands(self) -> dict[str, Variable]:

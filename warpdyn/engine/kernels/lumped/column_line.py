@@ -25,6 +25,8 @@ LEAST_SLOPE = 1e-9  # of the initial stiffness of a hinge, in the matrix only
 # Largest unbalanced moment, relative to the largest moment of the sample so far.
 TOLERANCE = {"float32": 5e-5, "float64": 1e-9}
 
+FIELDS = {"Output": {"spring_without_equilibrium": "int32[]"}}
+
 
 def wanted(plan):
     return plan.pattern is not None and plan.pattern.line is not None
@@ -75,6 +77,7 @@ def declare():
     unbalanced_joint = joint_rows()
     pivot = joint_rows()
     push = joint_rows()
+    first_slope = spring_rows()  # initial stiffness of the hinges
     coupling = matrix()
     storey_shear = matrix()
     largest_moment = row()  # of the sample so far
@@ -90,7 +93,12 @@ def declare():
     present_share = row()
     moved_share = row()
     largest_turn = row()
-    unsolved = indices()  # 1 + the place of the largest unbalanced moment in the first state without equilibrium
+    unsolved = indices()  # 1 + the hinge at the largest unbalanced moment in the first state without equilibrium
+
+
+def read_spring_row():
+    slot("storey_coefficients")
+    first_slope[i, j] = tangent_of(dtype(0.0), dtype(0.0), memory_vector(), memory_vector(), c)
 
 
 def gather_springs():
@@ -148,12 +156,11 @@ def unbalance_hinges():
                 slot("accepted_memory")
                 hinge_turn = end_turn[place, j] - turn[joint, j]
                 hinge_moment = force_of(hinge_turn, memory, c)
-                least = tangent_of(dtype(0.0), dtype(0.0), memory_vector(), memory_vector(), c)
                 hinge_slope = tangent_of(hinge_turn, dtype(0.0), memory, memory, c)
                 if pace[j] == 3:
-                    hinge_slope = least
-                if wp.abs(hinge_slope) < least_slope * least:
-                    hinge_slope = least_slope * least
+                    hinge_slope = first_slope[i, j]
+                if wp.abs(hinge_slope) < least_slope * first_slope[i, j]:
+                    hinge_slope = least_slope * first_slope[i, j]
                 flexible = dtype(1.0) / hinge_slope
             flexibility[place, j] = flexible
             unbalanced_end[place, j] = bending + hinge_moment
@@ -318,7 +325,9 @@ def correct_turns():
 def end_balance():
     for j in range(LANES):
         if pace[j] > 0 and unsolved[j] == 0:
-            unsolved[j] = worst_place[j] + 1
+            unsolved[j] = spring_at(worst_place[j]) + 1
+            if unsolved[j] == 0:  # a rigid connection: the storey
+                unsolved[j] = worst_place[j] // 3 + 1
     for place in range(PLACES):
         i = spring_at(place)
         if i >= 0:
@@ -346,3 +355,6 @@ def judge_state():
     if unsolved[j] > 0:
         status = not_converged
 
+
+def write():
+    output.spring_without_equilibrium[o] = unsolved[j] - 1

@@ -55,7 +55,7 @@ class HingedFishbone(ReducedFrame):
     damping is proportional to mass and initial stiffness of the elastic frame.
 
     Springs of the structure are the storeys ("storey 1": drift [m] and storey shear [N]) and then the hinges ("C1
-    start": rotation [rad] and moment [N m]); parameters of the hinges' laws can be random with `per="storey"`, with
+    start": rotation [rad] and moment [N m]); parameters of the hinges' laws can be random with `per="spring"`, with
     `only=` names of hinges.
 
     Args:
