@@ -154,9 +154,7 @@ class Model:
         """Return the variables that the given recorders and the method fill for each sample, by name."""
         plan, is_adaptive = self.plan, self.method.is_adaptive
         has_line = plan.pattern is not None and plan.pattern.line is not None
-        return recorded(
-            plan.family, recorders, is_adaptive=is_adaptive, collapses=plan.collapses, has_line=has_line
-        )
+        return recorded(plan.family, recorders, is_adaptive=is_adaptive, collapses=plan.collapses, has_line=has_line)
 
     @cached_property
     def demands(self) -> dict[str, Variable]:

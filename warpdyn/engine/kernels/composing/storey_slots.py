@@ -37,7 +37,12 @@ OF_EQUAL_STOREYS: dict[str, tuple[str, ...]] = {
 
 OF_COLUMN_LINE: dict[str, tuple[str, ...]] = {
     "begin_balance": ("kernel", "Begin the search for the rotations of a fish-bone frame."),
-    "unbalance_hinges": ("kernel", "Compute the unbalanced moments and the flexibilities of all hinges.", "", "i memory c"),
+    "unbalance_hinges": (
+        "kernel",
+        "Compute the unbalanced moments and the flexibilities of all hinges.",
+        "",
+        "i memory c",
+    ),
     "judge_balance": ("kernel", "Decide for each lane how its search goes on.", "solution", "seeking"),
     "eliminate_joints": ("kernel", "Solve the tridiagonal system of the rotations of joints."),
     "correct_turns": ("kernel", "Correct the rotations of joints and ends of members."),

@@ -30,7 +30,11 @@ def names(plan):
     ground = "base" if pattern.components == 1 else "ground"
     by_row = transposed(pattern.deformation, plan.dofs)
     count = pattern.values + pattern.springs * pattern.has_dashpots
-    count += pattern.values_of_pairs + pattern.values_of_line + (pattern.values_of_energies if "energy" in plan.recorders else 0)
+    count += (
+        pattern.values_of_pairs
+        + pattern.values_of_line
+        + (pattern.values_of_energies if "energy" in plan.recorders else 0)
+    )
     return {
         "THREADS": 1,
         "ROWS": pattern.springs,

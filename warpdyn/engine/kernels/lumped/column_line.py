@@ -188,9 +188,8 @@ def judge_balance():
             if worst_balance[j] <= balance * largest_moment[j] or not wp.isfinite(worst_balance[j]):
                 pace[j] = 0
             elif pace[j] == 1 and solution > 0:
-                if (
-                    energy_slope[j] * present_slope[j] < dtype(0.0)
-                    and wp.abs(present_slope[j]) > dtype(0.5) * wp.abs(energy_slope[j])
+                if energy_slope[j] * present_slope[j] < dtype(0.0) and wp.abs(present_slope[j]) > dtype(0.5) * wp.abs(
+                    energy_slope[j]
                 ):
                     pace[j] = 2
                     near_share[j] = dtype(0.0)
@@ -280,12 +279,18 @@ def correct_turns():
                 soft_beam = flexibility[3 * floor + 2, j]
                 lower_factor = soft_below * own_stiffness + dtype(1.0)
                 upper_factor = soft_above * own_stiffness + dtype(1.0)
-                inverse = dtype(1.0) / (lower_factor * upper_factor - soft_below * soft_above * other_stiffness * other_stiffness)
+                inverse = dtype(1.0) / (
+                    lower_factor * upper_factor - soft_below * soft_above * other_stiffness * other_stiffness
+                )
                 wish_below = push[floor, j] - soft_below * unbalanced_end[3 * floor, j]
                 wish_above = push[floor + 1, j] - soft_above * unbalanced_end[3 * floor + 1, j]
                 wish_beam = push[floor + 1, j] - soft_beam * unbalanced_end[3 * floor + 2, j]
-                end_change[3 * floor, j] = inverse * (upper_factor * wish_below - other_stiffness * soft_below * wish_above)
-                end_change[3 * floor + 1, j] = inverse * (lower_factor * wish_above - other_stiffness * soft_above * wish_below)
+                end_change[3 * floor, j] = inverse * (
+                    upper_factor * wish_below - other_stiffness * soft_below * wish_above
+                )
+                end_change[3 * floor + 1, j] = inverse * (
+                    lower_factor * wish_above - other_stiffness * soft_above * wish_below
+                )
                 end_change[3 * floor + 2, j] = wish_beam / (dtype(1.0) + soft_beam * terms[first_value + 2, j])
     for place in range(PLACES):
         for j in range(LANES):

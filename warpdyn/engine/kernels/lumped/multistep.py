@@ -49,7 +49,7 @@ def declare():
     of_last = row()  # weights of the moves in the velocity [1/s]
     of_second = row()
     of_third = row()
-    earlier_deformation = spring_rows()  # to which the memory of rate laws has followed
+    followed_deformation = spring_rows()  # to which the memory of rate laws has followed
     resting = int(0)  # whether a lane has finished; its state must not change
     rested_u = matrix()
     rested_v = matrix()
@@ -72,7 +72,7 @@ def start():
     if IS_RATE:
         for i in range(SPRINGS):
             for j in range(LANES):
-                earlier_deformation[i, j] = deformation[i, j]
+                followed_deformation[i, j] = deformation[i, j]
 
 
 def begin_step():
@@ -90,7 +90,7 @@ def begin_step():
 def memory_of_stage():
     slot("accepted_memory")
     if IS_RATE:  # the midpoint rule along the change of the deformation
-        turned = drift - earlier_deformation[i, j]
+        turned = drift - followed_deformation[i, j]
         slope = rate_of(turned, memory, c)
         midway = memory_vector(memory[0] + dtype(0.5) * slope[0])
         for m in range(1, M):
@@ -99,7 +99,7 @@ def memory_of_stage():
         for m in range(M):
             memory[m] = memory[m] + slope_after[m]
             z[i * M + m, j] = memory[m]
-        earlier_deformation[i, j] = drift
+        followed_deformation[i, j] = drift
 
 
 def end_stage():

@@ -113,9 +113,7 @@ def levels_of(frame: Frame, who: str = "fishbone()") -> tuple[list[Level], list[
         ends = [row["start"], row["end"]]
         for node in ends:
             if node not in level_of and node not in frame.supports:
-                raise ValueError(
-                    f"{who}: node {node!r} of member {name!r} is neither on a rigid floor nor supported"
-                )
+                raise ValueError(f"{who}: node {node!r} of member {name!r} is neither on a rigid floor nor supported")
         low, high = sorted(level_of.get(node, 0) for node in ends)
         x = frame.coordinates[frame.ends[index], 0]
         if low == high and low:
