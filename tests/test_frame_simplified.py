@@ -89,6 +89,66 @@ def test_the_error_of_simplified_models_is_in_the_history():
         assert 1e-4 < difference < bound, (name, difference)
 
 
+def changed_columns(storey: int, lines: tuple[int, ...], **columns) -> wd.Frame:
+    """Return the frame with the exact fish-bone, with other columns (of the table of members) in a storey."""
+    base = uniform_frame(0.5).description()
+    for line in lines:
+        base["members"][f"C{storey}{line}"] = base["members"][f"C{storey}{line}"] | columns
+    return wd.Frame(**base)
+
+
+@pytest.mark.parametrize("columns", [{"release": "end"}, {"spring_start": 0.0}, {"release": "start"}])
+def test_hinges_of_all_columns_of_a_storey_are_hinges_of_the_fishbone(columns):
+    frame = changed_columns(1, (0, 1, 2, 3), **columns)
+    found = wd.fishbone(frame).lumped().matrices["stiffness_matrix"]
+    due = frame.lumped().matrices["stiffness_matrix"]
+    np.testing.assert_allclose(found, due, rtol=1e-6, atol=1e-9 * due.max())
+
+
+def test_columns_with_hinges_at_both_ends_are_leaning_columns():
+    base = uniform_frame(0.5).description()
+    nodes = base["nodes"] | {f"{level}P": {"x": 24.0, "y": 3.5 * level, "gravity_load": 2e5} for level in range(4)}
+    diaphragms = {name: [*row, f"{name[-1]}P"] for name, row in base["diaphragms"].items()}
+    due = wd.fishbone(uniform_frame(0.5)).lumped().matrices["stiffness_matrix"]
+    for release in ("both", "end"):  # at the pinned base, a hinge at the upper end is enough
+        members = base["members"] | {
+            f"P{level}": {"start": f"{level}P", "end": f"{level + 1}P", "section": "in0"}
+            | {"release": "both" if level else release}
+            for level in range(3)
+        }
+        supports = base["supports"] | {"0P": "pinned"}
+        more = {"nodes": nodes, "members": members, "supports": supports, "diaphragms": diaphragms}
+        frame = wd.Frame(**(base | more))
+        bone = wd.fishbone(frame)
+        np.testing.assert_allclose(bone.lumped().matrices["stiffness_matrix"], due, rtol=1e-6)
+        weights = wd.geometric_stiffness([2e5] * 3, [3.5] * 3)
+        found = bone.lumped(p_delta=True).matrices["geometric_stiffness"]
+        np.testing.assert_allclose(found, weights, rtol=1e-8)
+        found, due_period = (each.modal(p_delta=True)["period"].values for each in (bone, frame))
+        np.testing.assert_allclose(found, due_period, rtol=1e-6)
+
+
+def test_columns_that_a_fishbone_cannot_represent_are_refused():
+    ratio = 1e7 * 3.5 / (200e9 * 3e-4)
+    for columns, message in (
+        ({"release": "end"}, "upper ends of columns 'C00' and 'C01' are inf and 0 times E I / L"),
+        ({"release": "start"}, "lower ends of columns 'C00' and 'C01' are inf and 0 times"),
+        ({"spring_end": 1e7}, f"upper ends of columns 'C00' and 'C01' are inf and {ratio:g} times"),
+        ({"offset_start_y": 0.3}, "column 'C01' has the rigid end offset offset_start_y = 0.3 m"),
+        ({"p_delta": "no"}, "column 'C01' has p_delta='no'"),
+    ):
+        with pytest.raises(ValueError, match=message):
+            wd.fishbone(changed_columns(0, (1,), **columns))
+    base = uniform_frame(1.0).description()
+    with pytest.raises(ValueError, match="geometric_stiffness='consistent' cannot be transferred"):
+        wd.fishbone(wd.Frame(**(base | {"geometric_stiffness": "consistent"})))
+    with pytest.raises(ValueError, match="support of node '10' on a rigid floor"):
+        wd.fishbone(wd.Frame(**(base | {"supports": base["supports"] | {"10": {"ux": 1e6}}})))
+    deep = base["nodes"] | {"01": {"x": 6.0, "y": -1.0}}
+    with pytest.raises(ValueError, match=r"columns 'C00' and 'C01' of a storey have the lengths 3\.5 and 4\.5 m"):
+        wd.fishbone(wd.Frame(**(base | {"nodes": deep})))
+
+
 def test_frames_without_a_fishbone_or_stick_are_refused():
     with pytest.raises(ValueError, match="member 'D1' is neither a beam within a floor nor a column"):
         wd.fishbone(braced())

@@ -212,3 +212,41 @@ def test_a_report_has_rows_by_unit_and_the_springs_that_collapsed(tmp_path):
     assert "Spring that collapsed first" in text
     assert "weak" in text
     assert f"collapsed in spring 'weak' ({collapsed})" in wd.summary(run)
+
+
+def test_added_places_are_checked_for_units_if_they_count():
+    limits = {"slight": 0.005, "complete": 0.02}
+    scene, demand = wd.Scene(on_soil(), STRIPES, recorders=("spring",)), "peak_spring_deformation"
+    given = {"demand": demand, "added_storeys": True}
+    message = r": the largest peak_spring_deformation of all places would compare m with rad"
+    for statistic in (
+        wd.DamageCounts(limits, over=("stripe",), **given),
+        wd.LargestDemand(demand, added_storeys=True),
+        wd.DemandHistogram(demand, [0.001, 0.01, 0.1], added_storeys=True),
+    ):
+        with pytest.raises(ValueError, match="statistics" + message):
+            wd.simulate(scene, statistics=statistic, device="cpu")
+    with pytest.raises(ValueError, match="capacities" + message):
+        wd.capacities(scene, limits, **given, device="cpu")
+    run = wd.simulate(scene, device="cpu")
+    one = run.isel(sample=[0])
+    with pytest.raises(ValueError, match="exceedance_probability" + message):
+        wd.exceedance_probability(one, limits, **given)
+    with pytest.raises(ValueError, match="fragility" + message):
+        wd.fragility(run, limits, **given)
+
+
+def test_exceedance_probabilities_count_the_building_only():
+    chiller = {"period": 0.5, "damping_ratio": 0.01, "name": "chiller"}
+    equipped = wd.with_equipment(wd.lumped_chain(chain()), "u2", 10.0, **chiller)
+    noise = wd.FilteredNoise(wd.WhiteNoise(0.01), duration=4.0, interval=0.02)
+    scene = wd.Scene(equipped, noise, recorders=("spring",), tail=0.0)
+    run = wd.simulate(scene, structures=200, seed=1, device="cpu")
+    deformation = run["peak_spring_deformation"]
+    storeys = deformation.isel(spring=[0, 1]).max("spring")
+    limit = float(storeys.median())
+    given = {"limits": {"state": limit}, "demand": "peak_spring_deformation"}
+    found = wd.exceedance_probability(run, **given)
+    assert int(found["exceeding_samples"][0]) == int((storeys > limit).sum()) == 100
+    found = wd.exceedance_probability(run, **given, added_storeys=True)
+    assert int(found["exceeding_samples"][0]) == int((deformation.max("spring") > limit).sum()) > 150

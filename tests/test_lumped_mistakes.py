@@ -9,6 +9,7 @@ import pytest
 from lumped_cases import pulse
 
 import warpdyn as wd
+from warpdyn.foundations.core.description import fingerprint
 
 LUMPED = wd.LumpedStructure({"x": 1e5}, [wd.Spring("s", {"x": 1.0}, stiffness=1e7)])
 PLAN = [[-10.0, 10.0], [-6.0, 6.0]]
@@ -85,10 +86,53 @@ def test_a_vehicle_from_json_gives_no_warnings_meant_for_buildings():
     car = wd.QuarterCar(300.0, 60.0, 16e3, 1e3, 190e3)
     road = wd.SineRoad(0.01, 5.0).motion(speed=20.0, duration=1.0, step=0.002)
     again = wd.Scene.from_json(wd.Scene(car, road).to_json(), road)
-    assert again.structure.is_vehicle
-    assert not wd.Scene.from_json(wd.Scene(LUMPED, road).to_json(), road).structure.is_vehicle
+    assert again.structure.is_machine
+    assert not wd.Scene.from_json(wd.Scene(LUMPED, road).to_json(), road).structure.is_machine
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         run = wd.simulate(again, device="cpu")
     first = wd.simulate(wd.Scene(car, road), device="cpu")
     np.testing.assert_array_equal(run["peak_acceleration"], first["peak_acceleration"])
+
+
+def test_machines_from_json_are_those_of_their_builders():
+    road = wd.RoadBump(height=0.05, length=2.0)
+    car = wd.HalfCar(1200.0, 2100.0, 0.9, 1.2, (60.0, 60.0), (28e3, 21e3), (2500.0, 2000.0), (2e5, 2e5))
+    axles = road.motion_of_axles(car.wheelbase, speed=10.0, duration=1.0, step=0.002)
+    for machine in (car, wd.UnbalancedRotor(100.0, 4e6, eccentricity=1e-4, damping_ratio=0.02)):
+        scene = wd.Scene(machine, axles)
+        again = wd.Scene.from_json(scene.to_json(), [axles])
+        assert again.structure.is_machine
+        assert "incidence_angle" not in again.structure.parameters
+        assert again.to_json() == scene.to_json()
+        first, second = (wd.simulate(each, device="cpu") for each in (scene, again))
+        np.testing.assert_array_equal(first["peak_acceleration"], second["peak_acceleration"])
+    equipped = wd.with_equipment(car, "bounce", 10.0, period=0.1, damping_ratio=0.05)
+    assert equipped.is_machine
+    assert not wd.with_equipment(LUMPED, LUMPED.dof_names[0], 10.0, period=0.1, damping_ratio=0.05).is_machine
+    with pytest.raises(TypeError, match="is_machine must be True or False"):
+        wd.LumpedStructure({"x": 1.0}, [wd.Spring("k", {"x": 1.0}, stiffness=1.0)], is_machine=1)
+
+
+def test_fingerprints_of_built_structures_survive_the_json():
+    """A run to a file that was interrupted can be resumed with the scene from the JSON."""
+    motion = pulse(2.0, 0.5, 0.4)
+    both = wd.PairOfMotions(motion, motion)
+    built = {
+        wd.QuarterCar(300.0, 60.0, 16e3, 1e3, 190e3): motion,
+        wd.HalfCar(1200.0, 2100.0, 0.9, 1.2, (60.0, 60.0), (28e3, 21e3), (2500.0, 2000.0), (2e5, 2e5)): both,
+        wd.UnbalancedRotor(100.0, 4e6, eccentricity=1e-4, damping_ratio=0.02): both,
+        wd.HousnerTank(wd.housner_cylinder(radius=10.0, depth=8.0), impulsive_period=0.15): motion,
+        wd.FlexuralShearBuilding([1e5] * 3, 3.0, period=0.6, alpha0=5.0): motion,
+    }
+    found = set()
+    for structure, motions in built.items():
+        scene = wd.Scene(structure, motions)
+        again = wd.Scene.from_json(scene.to_json(), [motions])
+        assert again.to_json() == scene.to_json()
+        assert type(again.structure) is wd.LumpedStructure
+        assert fingerprint(again) == fingerprint(scene)
+        found.add(fingerprint(scene))
+    assert len(found) == len(built)
+    others = [wd.UnbalancedRotor(mass, 4e6, eccentricity=1e-4, damping_ratio=0.02) for mass in (100.0, 101.0)]
+    assert fingerprint(others[0]) != fingerprint(others[1])

@@ -1,4 +1,4 @@
-"""Kernels of lumped structures that walk over equal storeys, and multistep methods of lumped structures."""
+"""Kernels of lumped structures that loop over equal storeys, and multistep methods of lumped structures."""
 
 from __future__ import annotations
 
@@ -107,7 +107,7 @@ def test_gravity_needs_statements_for_each_degree_of_freedom():
 def test_peaks_of_another_program(method, step, bound):
     # L02: event-exact solutions by Taylor series, which Newmark's method and OpenSees confirm.
     case: Case = torsional_building()
-    recorders = ("displacement", "spring", "acceleration")  # of storeys: the kernel walks over them
+    recorders = ("displacement", "spring", "acceleration")  # of storeys: the kernel loops over them
     scene = wd.Scene(case.structure, case.motion, tail=case.tail, recorders=recorders)
     run = wd.simulate(scene, step=step, method=method, dtype="float64", device="cpu")
     for name, places in case.peaks.items():

@@ -84,8 +84,8 @@ def test_pairs_are_made_from_records_with_zeros_after_the_shorter_component():
     ]
     found = wd.PairOfMotions.from_records([first, up, *others, second])
     assert [each.name for each in found] == ["r", "s"]
-    np.testing.assert_array_equal(found[0].x.acceleration, rows[0])
-    np.testing.assert_array_equal(found[0].y.acceleration, [*rows[1][:450], *np.zeros(50)])
+    np.testing.assert_array_equal(found[0].y.acceleration, rows[0])
+    np.testing.assert_array_equal(found[0].x.acceleration, [*rows[1][:450], *np.zeros(50)])
     assert [each.component for each in found[1].components] == ["E", "N"]
     with pytest.raises(ValueError, match="must have 2 horizontal components, has 1"):
         wd.PairOfMotions.from_records([first])
@@ -94,6 +94,41 @@ def test_pairs_are_made_from_records_with_zeros_after_the_shorter_component():
     other_step = wd.GroundMotion(rows[1], 0.02, "b", record="r", component="E")
     with pytest.raises(ValueError, match="x has a step of"):
         wd.PairOfMotions.from_records([first, other_step])
+
+
+@pytest.mark.parametrize(
+    ("labels", "azimuths"),
+    [
+        (("N", "E"), (0, 90)),
+        (("E", "N"), (90, 0)),
+        (("NS", "EW"), (0, 90)),
+        (("000", "270"), (0, 270)),
+        (("180", "270"), (180, 270)),
+        (("N30E", "N60W"), (30, 300)),
+        (("HNN", "HNE"), (0, 90)),
+    ],
+)
+def test_pairs_from_records_turn_anticlockwise_seen_from_above(labels, azimuths):
+    """A motion along one line acts in x only, if the structure's x axis is turned to this line."""
+    along, line = components(3)[0], 60.0  # of the line: degrees clockwise from north
+    recorded = [
+        wd.GroundMotion(along * np.cos(np.radians(line - azimuth)), STEP, label, record="r", component=label)
+        for label, azimuth in zip(labels, azimuths, strict=True)
+    ]
+    (pair,) = wd.PairOfMotions.from_records(recorded)
+    of_x = azimuths[labels.index(pair.x.component)]
+    turned = pair.turned(of_x - line)  # an anticlockwise angle decreases the azimuth
+    np.testing.assert_allclose(turned.x.acceleration, along, atol=1e-12)
+    np.testing.assert_allclose(turned.y.acceleration, 0.0, atol=1e-12)
+
+
+def test_pairs_without_azimuths_keep_the_order_of_the_records():
+    first, second = (
+        wd.GroundMotion(row, STEP, label, record="r", component=label)
+        for row, label in zip(components(3), "TL", strict=True)
+    )
+    (pair,) = wd.PairOfMotions.from_records([first, second])
+    assert [each.component for each in pair.components] == ["T", "L"]
 
 
 @pytest.mark.parametrize("name", ["larger component of PGA", "Larger component Sa(0.5 s, 5 %)"])

@@ -93,6 +93,13 @@ def test_unfit_curves_are_refused():
         wd.period_based_ductility(storey(gravity_load=1e6), whole)
     with pytest.raises(ValueError, match=r"period \[s\] must be at most 100, got 1e\+308"):
         wd.period_based_ductility(building, whole, period=1e308)
+    for pattern, name in (("uniform", "uniform"), ([1.0], "given")):
+        other = wd.pushover(building, np.linspace(0.0, 0.25, 51), pattern=pattern)
+        with pytest.raises(ValueError, match=rf"pattern '{name}', but .* pushover\(building, .*pattern='first_mode'\)"):
+            wd.period_based_ductility(building, other)
+    protected = storey().with_tuned_mass_damper(0.05)
+    with pytest.raises(ValueError, match=r"has isolators or a tuned mass damper.*give the building without them"):
+        wd.period_based_ductility(protected, whole)
     whole["base_shear"][5] = np.nan
     with pytest.raises(ValueError, match=r"base_shear.*nan"):
         wd.period_based_ductility(building, whole)

@@ -301,7 +301,8 @@ def test_datasets_say_what_they_hold(tmp_path: Path) -> None:
     for made, function in ((pushed, "pushover"), (loops, "storey_hysteresis")):
         assert {"storey", "step"} <= set(made.coords)
         check_labels(made)
-        assert set(made.attrs) == {"Conventions", "title", "history", "source", "building"}
+        own = {"pattern"} if function == "pushover" else set()
+        assert set(made.attrs) == {"Conventions", "title", "history", "source", "building"} | own
         assert made.attrs["history"].endswith(f"warpdyn.{function}")
         told = json.loads(made.attrs["building"])
         assert told["law"] == "bilinear"

@@ -113,7 +113,7 @@ def test_histories_of_a_structure_that_collapses_end_there():
 @pytest.mark.parametrize("method", ["rk4", "heun", "dormand_prince5", "velocity_verlet", "stoermer"])
 @pytest.mark.parametrize("corner_drifts", [False, True])
 def test_peaks_of_outputs_are_those_of_accepted_states_with_every_kind_of_method(method, corner_drifts):
-    """Kernels without resultants walk over equal storeys; multistep methods have no stages."""
+    """Kernels without resultants loop over equal storeys; multistep methods have no stages."""
     structure = building(corner_drifts=corner_drifts)
     scene = wd.Scene(structure, PAIR, recorders=("output",))
     run = wd.simulate(scene, histories=wd.Histories(), method=method, dtype="float64", **SETTINGS)

@@ -132,6 +132,12 @@ from .model.structures.builders.on_soil import (
     structure_on_soil as structure_on_soil,
 )
 from .model.structures.builders.rotor import UnbalancedRotor as UnbalancedRotor
+from .model.structures.builders.rows.bridge import (
+    Bearing as Bearing,
+    BridgeSupport as BridgeSupport,
+    longitudinal_bridge as longitudinal_bridge,
+)
+from .model.structures.builders.rows.pounding_row import pounding_row as pounding_row
 from .model.structures.builders.tank import HousnerTank as HousnerTank
 from .model.structures.builders.torsional_building import (
     PlanFrame as PlanFrame,

@@ -208,7 +208,7 @@ def _checked_cloud(
     check_samples(name, dataset)
     status = decoded_status(dataset["status"])
     intensity = dataset["im_level"].values.astype(np.float64)
-    worst = checked_demand(dataset, demand, status).max(axis=0).astype(np.float64)
+    worst = checked_demand(name, dataset, demand, status).max(axis=0).astype(np.float64)
     kept, collapsed = status < DIVERGED, status == COLLAPSED
     failed = int((~kept).sum())
     if failed > LARGEST_EXCLUDED_FRACTION * status.size:

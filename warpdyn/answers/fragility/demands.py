@@ -41,10 +41,11 @@ def refuse_portfolio(function: str, dataset: xr.Dataset, others: str = "") -> No
         )
 
 
-def damage_of(dataset: xr.Dataset, limits: DamageLimits, status: np.ndarray) -> Damage:
+def damage_of(function: str, dataset: xr.Dataset, limits: DamageLimits, status: np.ndarray) -> Damage:
     """Return the damage states that the samples of a run have reached; a collapsed sample has reached all states.
 
     Args:
+        function: Name of the public function, for messages.
         dataset: The run.
         limits: Limits of the damage states.
         status: Outcome of each sample, an index into STATUS_MEANINGS, shape [sample].
@@ -53,12 +54,12 @@ def damage_of(dataset: xr.Dataset, limits: DamageLimits, status: np.ndarray) -> 
         ValueError: If a demand is missing or has several dimensions in addition to `sample`, or if it is negative or
             not finite for a sample that is ok.
     """
-    refuse_portfolio("fragility", dataset, ", or use damage_shares(run, limits), with limits of each archetype")
+    refuse_portfolio(function, dataset, ", or use damage_shares(run, limits), with limits of each archetype")
     single, dim, places = limits.single, "", np.arange(0)
     worst = np.zeros(status.size, dtype=np.uint8)
     columns: list[np.ndarray] = []
     for name, values in zip(limits.demands, limits.values, strict=True):
-        demand = checked_demand(dataset, name, status)
+        demand = checked_demand(function, dataset, name, status)
         reached = [_reached(row, values) for row in demand]
         for each in reached:
             np.maximum(worst, each, out=worst)
@@ -84,10 +85,11 @@ def _reached(demand: np.ndarray, limits: np.ndarray) -> np.ndarray:
     return reached
 
 
-def checked_demand(dataset: xr.Dataset, name: str, status: np.ndarray) -> np.ndarray:
+def checked_demand(function: str, dataset: xr.Dataset, name: str, status: np.ndarray) -> np.ndarray:
     """Return the values of a demand that are compared with limits, shape [storey or floor, sample], after a check.
 
     Args:
+        function: Name of the public function, for messages.
         dataset: The run.
         name: Name of the demand.
         status: Outcome of each sample, an index into STATUS_MEANINGS, shape [sample].
@@ -115,7 +117,7 @@ def checked_demand(dataset: xr.Dataset, name: str, status: np.ndarray) -> np.nda
             f"{name!r} is not a demand: its values are of type {variable.dtype}. Choose a "
             "variable with numbers, such as 'peak_storey_drift_ratio'"
         )
-    check_one_unit("fragility", dataset, name)
+    check_one_unit(function, dataset, name)
     if variable.size == 0:
         raise ValueError(f"the dataset is empty, its sizes are {dict(dataset.sizes)}: check how you selected samples")
     values = variable.transpose("sample", ...).values

@@ -114,7 +114,7 @@ def count_stripes(dataset: xr.Dataset, limits: DamageLimits) -> StripeCounts:
     kept = status <= COLLAPSED
     if sum(excluded.values()) > LARGEST_EXCLUDED_FRACTION * status.size:
         raise ValueError(_refusal(excluded, record[~kept], level[~kept], status.size, units))
-    damage = damage_of(dataset, limits, status)
+    damage = damage_of("fragility", dataset, limits, status)
     passed = damage.passed
     own = structure_label(dataset)
     structure = np.arange(status.size) if own is None else own.values

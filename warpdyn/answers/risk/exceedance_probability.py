@@ -15,7 +15,7 @@ from warpdyn.answers.fragility.lognormal_fit import check_confidence
 from warpdyn.answers.fragility.stripe_counts import decoded_status
 from warpdyn.campaigns.reductions.limits import DRIFT, DamageLimits, Limit
 from warpdyn.campaigns.running.joining.duplicates import check_samples
-from warpdyn.campaigns.running.selections import without_added_storeys
+from warpdyn.campaigns.running.selections import without_added_places
 from warpdyn.foundations.core.checks import check_dataset, true_or_false
 from warpdyn.foundations.core.near_misses import suggests_names
 from warpdyn.foundations.core.output_variables import COLLAPSED, LARGEST_EXCLUDED_FRACTION
@@ -48,7 +48,8 @@ def exceedance_probability(
             limit, and only a collapse exceeds `math.inf`.
         demand: Name of the demand to which limits that are plain numbers apply. The storey or floor with the largest
             demand counts.
-        added_storeys: Whether storeys of isolators or of a tuned mass damper count as storeys of the building.
+        added_storeys: Whether storeys of isolators or of a tuned mass damper count as storeys of the building; for a
+            LumpedStructure, whether places in the groups "equipment", "absorber" and "soil" count.
         confidence: Probability that the interval covers the true value [1].
 
     Returns:
@@ -64,15 +65,15 @@ def exceedance_probability(
     Example:
         >>> noise = wd.FilteredNoise(wd.WhiteNoise(0.01), duration=10.0, interval=0.02)
         >>> random = wd.simulate(wd.Scene(building, noise, recorders=("drift",)), structures=200, seed=1)
-        >>> found = wd.exceedance_probability(random, {"threshold": 0.004})
+        >>> found = wd.exceedance_probability(random, {"threshold": 0.01})
         >>> names = ("exceedance_probability_lower", "exceedance_probability", "exceedance_probability_upper")
         >>> [float(found[name][0].round(2)) for name in names]
-        [0.3, 0.36, 0.44]
+        [0.31, 0.38, 0.45]
     """
     check_dataset("exceedance_probability", run, *_NEEDED, advice="give the result of simulate()", argument="run")
     check_confidence(confidence)
     if not true_or_false("added_storeys", added_storeys):
-        run = without_added_storeys(run)
+        run = without_added_places(run)
     if run.sizes.get("sample", 0) == 0:
         raise ValueError(f"exceedance_probability: the run is empty, its sizes are {dict(run.sizes)}")
     checked = DamageLimits.of(limits, demand)
@@ -86,7 +87,7 @@ def exceedance_probability(
             f"exceedance_probability: {failed} of {status.size} samples failed (more than 1 %), perhaps those with the "
             "largest demands: see print(wd.summary(run)), and choose a shorter step= in simulate()"
         )
-    passed = damage_of(run, checked, status).passed[-1][valid]
+    passed = damage_of("exceedance_probability", run, checked, status).passed[-1][valid]
     exceeding = (passed[None] >= np.arange(1, len(checked.states) + 1)[:, None]).sum(axis=1)
     lower, upper = clopper_pearson(exceeding, np.full(exceeding.shape, valid.sum()), confidence)
     along = "damage_state"

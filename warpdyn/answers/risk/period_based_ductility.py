@@ -15,6 +15,7 @@ from warpdyn.foundations.core.units import STANDARD_GRAVITY
 from warpdyn.model.structures.shear_building import ShearBuilding
 
 SOURCE = "FEMA P-695 (2009), equations 6-6 to 6-8"
+FIRST_MODE = "first_mode"  # the pattern of the pushover
 LONGEST_PERIOD = 100.0  # s
 REMAINING = 0.8  # share of the largest base shear at the ultimate displacement (a loss of strength of 20 %)
 
@@ -45,7 +46,8 @@ def period_based_ductility(building: ShearBuilding, pushed: xr.Dataset, *, perio
     Raises:
         ValueError: If the base shear has not fallen to 80 % of its largest value at the end of the given path, the roof
             displacement decreases, the base shear is never above 0 or not finite, `pushed` is the curve of another
-            building, or `period` is out of its range.
+            building or has another pattern, the building has isolators or a tuned mass damper, or `period` is out of
+            its range.
         TypeError: If `building` is not a ShearBuilding or `pushed` is not a Dataset.
 
     Example:
@@ -57,6 +59,11 @@ def period_based_ductility(building: ShearBuilding, pushed: xr.Dataset, *, perio
         4.7
     """
     check_kind("period_based_ductility", "a ShearBuilding", building, ShearBuilding, argument="building")
+    if not building.own_storeys.all():
+        raise ValueError(
+            "period_based_ductility: the building has isolators or a tuned mass damper, whose mass and displacement "
+            "are not those of floors in FEMA P-695: give the building without them, and its pushover"
+        )
     advice = "give the result of pushover(building, roof_displacement)"
     check_dataset("period_based_ductility", pushed, "roof_displacement", "base_shear", advice=advice, argument="pushed")
     first = building.modal().isel(mode=0)
@@ -69,6 +76,12 @@ def period_based_ductility(building: ShearBuilding, pushed: xr.Dataset, *, perio
     if pushed.attrs.get("building", to_json(building)) != to_json(building):
         raise ValueError(
             "period_based_ductility: pushed is the pushover of another building: give pushover(building, ...)"
+        )
+    pattern = pushed.attrs.get("pattern", FIRST_MODE)
+    if pattern != FIRST_MODE:
+        raise ValueError(
+            f"period_based_ductility: the loads of the pushover have the pattern {pattern!r}, but the coefficient C0 "
+            f"is that of the first mode: call pushover(building, roof_displacement, pattern={FIRST_MODE!r})"
         )
     displacement, shear = (finite_numbers(name, pushed[name].values) for name in ("roof_displacement", "base_shear"))
     peak, ultimate, how = _ultimate(displacement, shear, str(pushed.attrs.get("stopped_because", "")))

@@ -161,7 +161,9 @@ def capacities(
         BYTES_OF_A_CAPACITY * count * len(design.motions) * len(names),
         "take fewer structures: a few per motion determine a fragility curve",
     )
-    run = build_run(replace(scene, recorders=_recorders_for(scene, demand)), count, integration, execution, seed)
+    counts_added = true_or_false("added_storeys", added_storeys)
+    recorders = _recorders_for(scene, demand, added_storeys=counts_added)
+    run = build_run(replace(scene, recorders=recorders), count, integration, execution, seed)
     if np.isinf(limit[-1]) and not run.model.plan.collapses:
         raise ValueError(
             f"the limit of damage state {names[-1]!r} is infinite, so only collapse exceeds it, but the scene has no "
@@ -178,7 +180,6 @@ def capacities(
     findings = StabilityFindings(own * len(design.motions), run.integration.method)
     queue = open_queues(execution.devices, run.model.threads)[0]
     found = Found(names, limit, demand, tolerance, ladder, keep_curves)
-    counts_added = true_or_false("added_storeys", added_storeys)
     size = max(1, PAIRS_AT_A_TIME // len(design.motions))
     starts = range(0, own, size)
     with interruptible(), counted_histories(0) as progress:
@@ -262,7 +263,7 @@ def _warn_of_limits_beyond_collapse(scene: Scene, limits: Mapping[str, float]) -
             )
 
 
-def _recorders_for(scene: Scene, demand: str) -> tuple[str, ...]:
+def _recorders_for(scene: Scene, demand: str, *, added_storeys: bool) -> tuple[str, ...]:
     """Return the recorders that the search needs: of the demand, and of drifts, which show when a storey yields."""
     table = RECORDERS[scene.structure.family]
     filled = {name: row for row, names in table.items() for name, variable in names.items() if variable.is_demand}
@@ -278,7 +279,8 @@ def _recorders_for(scene: Scene, demand: str) -> tuple[str, ...]:
     one_of(f"demand of a {type(structure).__name__}", demand, sorted(filled))
     if isinstance(structure, LumpedStructure):
         dims = table[filled[demand]][demand].dims
-        if dims and (problem := structure.kinds.unit_problem(demand, dims[0])):
+        problem = structure.kinds.unit_problem(demand, dims[0], added_storeys=added_storeys) if dims else None
+        if problem:
             raise ValueError(f"capacities: {problem}")
     return tuple({*drift, filled[demand]})
 

@@ -91,7 +91,7 @@ class HistogramReducer(Reducer):
         self.population, self.demand, cells = population, statistic.demand, statistic.cells(population)
         self.edges, self.quantiles = np.asarray(statistic.edges), np.array(statistic.quantiles)
         self._searched, self._added = searched(self.edges[None]), statistic.added_storeys
-        self._is_absolute = bool(population.demand(self.demand).dims)
+        self._is_absolute = bool(population.demand(self.demand, added_storeys=self._added).dims)
         if self.demand == DRIFT:
             warn_of_implausible_limits({" of the last edge": float(self.edges[-1])})
         self.needs = cells.needs([self.demand])

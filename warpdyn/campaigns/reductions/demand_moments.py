@@ -95,7 +95,7 @@ class SumsReducer(Reducer):
         self.population, self.demand = population, statistic.demand
         self.is_largest, self._added = isinstance(statistic, LargestDemand), statistic.added_storeys
         cells = statistic.cells(population)
-        dims = population.demand(self.demand).dims
+        dims = population.demand(self.demand, added_storeys=self._added).dims
         if statistic.each_place and not dims:
             raise ValueError(
                 f"each_place=True needs a demand with a value for each storey or floor, but {self.demand} has one "

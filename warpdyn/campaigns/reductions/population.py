@@ -143,9 +143,9 @@ class Population:
                 return None
             if counted[-1] + 1 - counted[0] > counted.size:
                 raise ValueError(
-                    f"statistics: equipment, absorbers or soil are between the other places along {dims[0]!r}, so that "
-                    f"{demand} cannot be reduced during the run: simulate without statistics, or give "
-                    "added_storeys=True"
+                    f"statistics: equipment, absorbers, soil or contacts are between the other places along "
+                    f"{dims[0]!r}, so that {demand} cannot be reduced during the run: simulate without statistics, or "
+                    "give added_storeys=True"
                 )
             return int(counted[0]), int(counted[-1]) + 1
         is_of_storeys = dims in (("storey",), ("floor",))
@@ -189,16 +189,23 @@ class Population:
         found = {name: each for row in self.scene.recorders for name, each in of_family[row].items() if each.is_demand}
         return found | ({"peak_storey_drift_ratio": DRIFT_RATIO} if "peak_storey_drift" in found else {})
 
-    def demand(self, name: str) -> Variable:
-        """Return the demand of this name, or raise a ValueError if the scene does not record it."""
+    def demand(self, name: str, *, added_storeys: bool = False) -> Variable:
+        """Return the demand of this name; raise a ValueError if it is not recorded or its places differ in units.
+
+        Args:
+            name: Name of the demand.
+            added_storeys: Whether places that are not part of the building (equipment, absorbers, soil) count.
+        """
         if name not in self.demands:
             raise ValueError(
                 f"statistics: the scene records no {name!r}; it records {', '.join(self.demands) or 'no demand'}: "
                 "add the recorder of this demand to the scene, Scene(..., recorders=(...))"
             )
         structure, dims = self.scene.structure, self.demands[name].dims
-        if isinstance(structure, LumpedStructure) and dims and (problem := structure.kinds.unit_problem(name, dims[0])):
-            raise ValueError(f"statistics: {problem}")
+        if isinstance(structure, LumpedStructure) and dims:
+            problem = structure.kinds.unit_problem(name, dims[0], added_storeys=added_storeys)
+            if problem:
+                raise ValueError(f"statistics: {problem}")
         return self.demands[name]
 
 

@@ -27,6 +27,7 @@ ITERATIONS = 50  # most corrections in the search for an equilibrium
 SHORTENINGS = 40  # most halvings of one correction
 SHORTEST_STEP = 2.0**-10  # as a share of a requested step
 LEAST_STIFFNESS = 1e-6  # as a share of the initial stiffness; a tangent stiffness below it is replaced in a correction
+GIVEN_LOADS = "given"  # name of the pattern if the caller gives floor loads
 
 
 def _spring_and_coefficients(building: ShearBuilding) -> tuple[StoreyRules, np.ndarray]:
@@ -110,9 +111,9 @@ def pushover(
         `roof_displacement` [m] and `base_shear` [N] (sum of the lateral loads), shape [step]; `storey_drift` [m],
         `storey_force` [N] of the springs and `dissipated_energy` [J], defined as in `storey_hysteresis`, shape [step,
         storey]; `floor_load` [1], the share of each floor in the base shear, shape [floor]. The attribute `building` is
-        the building as JSON. If no equilibrium is found in a step, the curve ends at the last equilibrium, whose roof
-        displacement lies within that step. Then a warning and the attribute `stopped_because` report the roof
-        displacement and the reason.
+        the building as JSON, and the attribute `pattern` is the name of the pattern ("given" for floor loads). If no
+        equilibrium is found in a step, the curve ends at the last equilibrium, whose roof displacement lies within that
+        step. Then a warning and the attribute `stopped_because` report the roof displacement and the reason.
 
     Raises:
         ValueError: If a displacement is not finite, or the pattern is unknown, negative or without a load on the roof.
@@ -162,7 +163,7 @@ def pushover(
             base_shear=("step", np.array(base_shear), {"units": "N", "long_name": "sum of the lateral loads"}),
             floor_load=("floor", loads, {"units": "1", "long_name": "lateral load over the base shear"}),
         )
-        .assign_attrs(stopped)
+        .assign_attrs(stopped | {"pattern": pattern if isinstance(pattern, str) else GIVEN_LOADS})
     )
 
 

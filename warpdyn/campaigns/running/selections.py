@@ -179,7 +179,8 @@ def without_added_places(run: xr.Dataset) -> xr.Dataset:
     """Return a run without storeys, degrees of freedom and springs that are not part of the building.
 
     These are the storeys of isolators and tuned mass dampers, and the places of the groups ADDED_GROUPS (equipment,
-    absorbers, soil) of a lumped structure. If only such places are left, because they were selected, they are kept.
+    absorbers, soil, contacts) of a lumped structure. If only such places are left, because they were selected,
+    they are kept.
 
     Args:
         run: The run of one structure, or of one archetype of a portfolio.

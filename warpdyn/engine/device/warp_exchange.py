@@ -17,17 +17,12 @@ _FROM = on_gpu("return __shfl_sync(0xffffffff, value, thread);")
 _FROM_OR_ZERO = on_gpu("""
 value = __shfl_sync(0xffffffff, value, thread);
 return thread < 0 ? 0 : value;""")
-# Sum and maximum over the threads that share the sample, from thread `first` on; the same in each of them.
+# Sum over the threads that share the sample, from thread `first` on; the same in each of them.
 _TOGETHER = on_gpu("""
 auto sum = __shfl_sync(0xffffffff, value, first);
 for (int section = 1; section < threads; section++)
     sum += __shfl_sync(0xffffffff, value, first + section);
 return sum;""")
-_LARGEST = on_gpu("""
-auto largest = __shfl_sync(0xffffffff, value, first);
-for (int section = 1; section < threads; section++)
-    largest = fmax(largest, __shfl_sync(0xffffffff, value, first + section));
-return largest;""")
 
 
 @wp.func_native(_FROM)
@@ -42,10 +37,6 @@ def from_thread_or_zero_float32(value: wp.float32, thread: wp.int32) -> wp.float
 def over_sections_float32(value: wp.float32, first: wp.int32, threads: wp.int32) -> wp.float32: ...
 
 
-@wp.func_native(_LARGEST)
-def largest_of_sections_float32(value: wp.float32, first: wp.int32, threads: wp.int32) -> wp.float32: ...
-
-
 @wp.func_native(_FROM)
 def from_thread_float64(value: wp.float64, thread: wp.int32) -> wp.float64: ...
 
@@ -58,15 +49,10 @@ def from_thread_or_zero_float64(value: wp.float64, thread: wp.int32) -> wp.float
 def over_sections_float64(value: wp.float64, first: wp.int32, threads: wp.int32) -> wp.float64: ...
 
 
-@wp.func_native(_LARGEST)
-def largest_of_sections_float64(value: wp.float64, first: wp.int32, threads: wp.int32) -> wp.float64: ...
-
-
-# dtype -> the value of another thread; the same, or 0 for a negative number; the sum and the maximum over the threads
-# that share a sample.
+# dtype -> the value of another thread; the same, or 0 for a negative number; the sum over the threads of a sample.
 EXCHANGES = {
-    "float32": (from_thread_float32, from_thread_or_zero_float32, over_sections_float32, largest_of_sections_float32),
-    "float64": (from_thread_float64, from_thread_or_zero_float64, over_sections_float64, largest_of_sections_float64),
+    "float32": (from_thread_float32, from_thread_or_zero_float32, over_sections_float32),
+    "float64": (from_thread_float64, from_thread_or_zero_float64, over_sections_float64),
 }
 
 

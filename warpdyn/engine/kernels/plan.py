@@ -53,7 +53,7 @@ class Plan:
         has_drift_capacity: Whether storeys have individual drift capacities in addition to the building's limit of the
             drift ratio.
         resumes: Whether each structure starts from its final state in the last event.
-        by_storey: Whether the kernel of a lumped structure walks over equal storeys (see lumped/by_storey.py).
+        by_storey: Whether the kernel of a lumped structure loops over equal storeys (see lumped/by_storey.py).
         undivided: Whether the motions contain one value for each integration step (see `Model.launched`).
         starts_displaced: Whether yielding storeys start at an initial drift, to which they are pushed slowly from rest.
         records_late: Whether peaks are recorded only after a later time than the start of the run (`record_from`).
@@ -99,7 +99,7 @@ class Plan:
 
     @property
     def storeys(self) -> Storeys | None:
-        """The storeys of a lumped structure whose kernel walks over equal storeys; otherwise None."""
+        """The storeys of a lumped structure whose kernel loops over equal storeys; otherwise None."""
         return storeys_of(self.pattern) if self.by_storey and self.pattern is not None else None
 
     def threads_of(self, samples: int) -> int:

@@ -89,6 +89,7 @@ def _feed(digest: hashlib._Hash, value: Any) -> None:
         written = getattr(value, "written", "")  # the text of a user's storey law
         digest.update(f"{value.__module__}.{value.__qualname__}{written};".encode())
         return
+    value = getattr(value, "read_from_json", value)  # equal after it was written to JSON and read again
     kind = type(value)
     digest.update(f"<{kind.__module__}.{kind.__qualname__}".encode())
     if hasattr(value, "own_fingerprint"):  # an immutable object that keeps its hash

@@ -40,7 +40,7 @@ KIND_ATTRIBUTES = {
 # Groups of the degrees of freedom and springs of lumped structures: coordinates `dof_group` and `spring_group`. Places
 # in no group are in BUILDING. Places in ADDED_GROUPS do not count in the largest demand of a building.
 BUILDING = "building"
-ADDED_GROUPS = ("equipment", "absorber", "soil")
+ADDED_GROUPS = ("equipment", "absorber", "soil", "contact")
 
 
 # Names of attributes that describe the intensity measure. The coordinate of the intensities and the dataset have them.

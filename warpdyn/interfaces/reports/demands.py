@@ -47,7 +47,7 @@ def of_one_unit(run: xr.Dataset, name: str) -> list[tuple[str, xr.Dataset]]:
     divided by their units; if these are unknown, each output is a part, with its name instead of a unit.
 
     Args:
-        run: Result of `simulate`, for one event, without equipment, absorbers and soil.
+        run: Result of `simulate`, for one event, without equipment, absorbers, soil and contacts.
         name: Name of the demand.
     """
     units = str(run[name].attrs.get("units", ""))
@@ -112,8 +112,8 @@ def demands(run: xr.Dataset) -> list[Part]:
             "A demand is the largest magnitude over the storeys, floors, degrees of freedom, springs or outputs of a "
             "sample; places of different units have separate rows. The columns contain fractiles: 84% of the samples "
             "do not exceed the value in the column 84%. Storeys of isolators or of a tuned mass damper, equipment, "
-            "absorbers and soil do not count. A collapsed sample exceeds every value, so a fractile is empty if "
-            "too many samples collapsed. Failed samples are excluded."
+            "absorbers, soil and contacts do not count. A collapsed sample exceeds every value, so a fractile is empty "
+            "if too many samples collapsed. Failed samples are excluded."
         ),
         table("Demands of all samples", heads, rows),
     ]

@@ -31,7 +31,7 @@ class PairOfMotions:
 
     Args:
         x: Component along the first influence vector of the structure.
-        y: Component along the second influence vector.
+        y: Component along the second influence vector, 90 degrees anticlockwise from `x`, seen from above.
         vertical: Component along the third influence vector; None: no vertical motion.
         name: Name of the pair in results; None: that of `x`.
 
@@ -88,6 +88,10 @@ class PairOfMotions:
     def from_records(cls, motions: Sequence[GroundMotion]) -> list[PairOfMotions]:
         """Return the pair of each record, with the name of the record; zeros are added to the shorter component.
 
+        If the azimuths of both components are known, `y` is 90 degrees anticlockwise from `x`, seen from above, such as
+        `x` east and `y` north. Angles of incidence and torsion assume such axes. If they are unknown ("L" and "T", "H1"
+        and "H2"), `x` is the component that comes first: for another order, call `PairOfMotions(x, y)`.
+
         Args:
             motions: The motions, two horizontal ones for each `record`; vertical components are ignored.
 
@@ -100,10 +104,12 @@ class PairOfMotions:
             >>> from dataclasses import replace
             >>> recorded = [replace(motions[i], record="quake", component="NE"[i]) for i in (0, 1)]
             >>> wd.PairOfMotions.from_records(recorded)
-            [PairOfMotions('quake', 9.98 s at steps of 0.02 s, PGA 0.7112 g and 0.9043 g)]
+            [PairOfMotions('quake', 9.98 s at steps of 0.02 s, PGA 0.9043 g and 0.7112 g)]
         """
         found = []
         for first, second in pairs(motions):
+            if _is_left_handed(first, second):
+                first, second = second, first
             longest = max(first.values.size, second.values.size)
             x, y = (
                 replace(each, acceleration=np.append(each.acceleration, np.zeros(longest - each.values.size)))
@@ -176,6 +182,12 @@ class PairOfMotions:
     def _repr_html_(self) -> str:
         rows = [(name, repr(motion)) for name, motion in zip(NAMES, self.components, strict=False)]
         return html_table(f"Pair of motions {self.name!r}", rows)
+
+
+def _is_left_handed(x: GroundMotion, y: GroundMotion) -> bool:
+    """Return whether the azimuths are known and `y` is clockwise from `x`, seen from above."""
+    first, second = (orientation(motion.component).azimuth for motion in (x, y))
+    return first is not None and second is not None and bool(np.sin(np.radians(first - second)) < 0)
 
 
 def components_of(motion: GroundMotion | PairOfMotions) -> tuple[GroundMotion, ...]:

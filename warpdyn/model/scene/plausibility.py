@@ -60,13 +60,13 @@ def warn_of_implausible(scene: Scene, *, step: float | None = None, longest_step
     period = 0.0
     is_shaken = excitation.is_design or isinstance(excitation, EventSequence | FilteredNoise)
     for where, one, scatter in parts:
-        if isinstance(one, LumpedStructure) and one.is_vehicle:  # usual values are those of buildings and earthquakes
+        if isinstance(one, LumpedStructure) and one.is_machine:  # usual values are those of buildings and earthquakes
             period = max(period, one.fundamental_period)
             continue
         period = max(period, _add_structure(findings, one, scatter, where, is_shaken=is_shaken))
         if isinstance(one, ShearBuilding):
             _add_start_and_forces(findings, excitation, one)
-    if not structure.is_vehicle:
+    if not structure.is_machine:
         _add_excitation(findings, excitation)
     for given in (step, longest_step):
         if isinstance(given, int | float) and period > 0:

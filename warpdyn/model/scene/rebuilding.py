@@ -50,7 +50,7 @@ SCENE_KEYS = (
     *("tail", "record_from", "title"),
 )
 ARCHETYPE_KEYS = ("structure", "count", "scatter", "correlation")
-LUMPED_CHOICES = ("damping", "damping_ratio", "outputs", "rotations", "groups", "output_units")
+LUMPED_CHOICES = ("damping", "damping_ratio", "outputs", "rotations", "groups", "output_units", "is_machine")
 BUILDING_KEYS = ("law", "damping", "mass", "stiffness", "height")
 
 
@@ -211,10 +211,7 @@ class Rebuilding:
         influence = [dict(zip(names, row, strict=True)) for row in told["influence"]]
         masses = dict(zip(names, mass, strict=True))
         if not is_torsional:
-            structure = LumpedStructure(masses, springs, influence=influence, **chosen)
-            if told.get("is_vehicle"):  # an attribute of the object would change the fingerprint of other structures
-                structure.is_vehicle = True
-            return structure
+            return LumpedStructure(masses, springs, influence=influence, **chosen)
         _check_keys(told, where, (), ("plan", "mass_centres"))
         chosen |= {name: self._numbers(told[name], f"{where}.{name}") for name in ("plan", "mass_centres")}
         return TorsionalBuilding.of_parts(masses, springs, influence=influence, **chosen)

@@ -156,7 +156,8 @@ class RandomFactor(RandomScatter):
         only: Storeys of a building whose values are drawn, such as `range(2, 6)` for storeys 2 to 5; or names of
             springs, degrees of freedom or groups of a LumpedStructure, or of members or sections of a reduced Frame.
             The others have their nominal values. None: all storeys, including those of isolators and of a tuned mass
-            damper; of a LumpedStructure, all except those of the groups "equipment", "absorber" and "soil".
+            damper; of a LumpedStructure, all except those of the groups "equipment", "absorber", "soil" and
+            "contact", unless only these have the parameter.
 
     Raises:
         TypeError, ValueError: If `distribution` or `per` is invalid, `only` is not in the structure, or
@@ -187,7 +188,8 @@ class RandomValue(RandomScatter):
         only: Storeys of a building whose values are drawn, such as `range(2, 6)` for storeys 2 to 5; or names of
             springs, degrees of freedom or groups of a LumpedStructure, or of members or sections of a reduced Frame.
             The others have their nominal values. None: all storeys, including those of isolators and of a tuned mass
-            damper; of a LumpedStructure, all except those of the groups "equipment", "absorber" and "soil".
+            damper; of a LumpedStructure, all except those of the groups "equipment", "absorber", "soil" and
+            "contact", unless only these have the parameter.
 
     Raises:
         TypeError, ValueError: If `distribution` or `per` is invalid, `only` is not in the structure, or

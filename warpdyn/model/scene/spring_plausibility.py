@@ -17,6 +17,7 @@ OF_SPRINGS = {
     "deformation_capacity": "spring_deformation_capacity",
     "clearance": "spring_clearance",
     "hertz_stiffness": "hertz_stiffness",
+    "contact_stiffness": "spring_contact_stiffness",
     "radius": "spring_radius",
     "restitution": "restitution",
 }

@@ -24,7 +24,7 @@ class Structure(ABC):
         demand: Name of the recorder whose error the step control limits.
         can_yield: Whether an earthquake may cause residual drifts.
         is_many: Whether the object is a portfolio of several building types.
-        is_vehicle: Whether it is a vehicle or a machine, to which usual values of buildings do not apply.
+        is_machine: Whether it is a vehicle or a machine, to which usual values of buildings do not apply.
         is_scaled: Whether parameters are matrices, which scatter can only multiply by a factor.
         law: Names of the storey laws, dampers and stops, joined to one text; "elastic" for a linear structure.
         storey_laws: Names of the laws, one per storey, or one name for all storeys.
@@ -39,7 +39,7 @@ class Structure(ABC):
     demand: ClassVar[str]
     can_yield: ClassVar[bool] = True
     is_many: ClassVar[bool] = False
-    is_vehicle: bool = False
+    is_machine: bool = False
     is_scaled: ClassVar[bool] = False
     law: str
     storey_laws: tuple[str, ...]

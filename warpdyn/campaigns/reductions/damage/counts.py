@@ -128,7 +128,7 @@ class Bounds:
                 warn_of_implausible_limits(of_all)
             found = Bounds(states, (demand,), [table], True, added)
         for name in found.demands:
-            population.demand(name)
+            population.demand(name, added_storeys=added)
         return found
 
     @cached_property

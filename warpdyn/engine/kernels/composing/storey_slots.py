@@ -22,7 +22,7 @@ OF_EQUAL_STOREYS: dict[str, tuple[str, ...]] = {
         "memory c",
         "drift rate f restoring dashpot spring_force z zs",
     ),
-    "walk_storeys": ("kernel", "Evaluate all springs, storey by storey.", "", "i"),
+    "evaluate_storeys": ("kernel", "Evaluate all springs, storey by storey.", "", "i"),
     "sum_up_springs": ("kernel", "Sum up the forces of the springs in each storey."),
     "find_upper_forces": ("kernel", "Find the forces of the storey above the storeys of the thread."),
     "accelerate_floor": ("lane", "Compute the accelerations of a floor."),

@@ -13,8 +13,6 @@ from warpdyn.engine.kernels.lumped.storeys import statements, transposed
 
 order = -10
 
-WARP = 32  # threads of a GPU's warp
-
 
 def wanted(plan):
     return plan.storeys is not None
@@ -24,16 +22,19 @@ def names(plan):
     import warp as wp
 
     from warpdyn.engine.device.warp_exchange import EXCHANGES, number_at
-    from warpdyn.engine.kernels.plan import DTYPES, state_of_stage
+    from warpdyn.engine.kernels.plan import DTYPES, WARP, state_of_stage
 
     dtype, storeys, threads = DTYPES[plan.dtype], plan.storeys, plan.sections
     of_thread, width, springs = storeys.count // threads, storeys.width, len(storeys.springs[0])
     common, own = len(storeys.common), len(storeys.own)
     dashpots = plan.pattern.has_dashpots
-    neighbour, neighbour_or_zero, together, largest = EXCHANGES[plan.dtype]
+    neighbour, neighbour_or_zero, together = EXCHANGES[plan.dtype]
     texts = _texts(storeys, plan.pattern.components, *state_of_stage(plan))
     return {
         "THREADS": threads,
+        "THREADS_OF_WARP": WARP,
+        "LAST_THREAD": WARP - 1,  # idle if a warp is not filled by whole samples
+        "AFTER_LAST_SAMPLE": 2**30 - 1,
         "SAMPLES_OF_WARP": WARP // threads,
         "HAS_IDLE_THREADS": threads > 1 and WARP % threads > 0,
         "FLOORS": of_thread,
@@ -51,7 +52,6 @@ def names(plan):
         "ALL_RELATIVE": all(storeys.relative),
         "from_thread": neighbour if WARP % threads else neighbour_or_zero,
         "over_sections": together,
-        "largest_of_sections": largest,
         "dof_number": number_at([dof for row in storeys.dofs for dof in row]),
         "spring_number": number_at([spring for row in storeys.springs for spring in row]),
         "code_of_value": number_at([*storeys.common, *(row[at] for at in range(storeys.count) for row in storeys.own)]),
@@ -103,7 +103,7 @@ def _texts(storeys, components, displacement, velocity):
     outputs = len(storeys.outputs[0]) if storeys.outputs else 0
     above = transposed(storeys.deformation, storeys.width, is_below=False)
     under = transposed(storeys.deformation, storeys.width, is_below=True)
-    hung = [
+    of_relative = [
         f"footing[floor * {storeys.width} + {at}, j] = storey_force[floor * {storeys.width} + {at}, j]"
         for at in range(storeys.width)
         if storeys.relative[at]
@@ -122,7 +122,7 @@ def _texts(storeys, components, displacement, velocity):
             storeys.deformation, of_spring("deformation_rate"), moved(velocity, "relative_v", "lower_v"), value
         ),
         "STOREY_FORCES": statements(above, of_floor("storey_force"), force, value),
-        "FOOTINGS": "\n".join([*hung, *footings]) or "pass",
+        "FOOTINGS": "\n".join([*of_relative, *footings]) or "pass",
         "FLOOR_ACCELERATIONS": statements(
             storeys.inverse_mass, of_floor("felt"), lambda entry: f"net_force[{entry.column}, j]", value
         ),
@@ -144,8 +144,8 @@ def place():
 
 
 def share_warp():
-    thread = block % 32
-    block = (block // 32) * SAMPLES_OF_WARP + thread // THREADS
+    thread = block % THREADS_OF_WARP
+    block = (block // THREADS_OF_WARP) * SAMPLES_OF_WARP + thread // THREADS
     section = thread % THREADS
     lowest = section * FLOORS
     thread_below = thread - 1
@@ -153,13 +153,13 @@ def share_warp():
     first_thread = thread - section
     if HAS_IDLE_THREADS:
         if section == 0:
-            thread_below = int(31)
+            thread_below = int(LAST_THREAD)
         if section == THREADS - 1:
-            thread_above = int(31)
+            thread_above = int(LAST_THREAD)
         if thread >= SAMPLES_OF_WARP * THREADS:
-            thread_below = int(31)
-            thread_above = int(31)
-            block = int(1073741823)  # beyond the last sample
+            thread_below = int(LAST_THREAD)
+            thread_above = int(LAST_THREAD)
+            block = int(AFTER_LAST_SAMPLE)
     else:
         if section == 0:
             thread_below = int(-1)
@@ -263,7 +263,7 @@ def leave_accepted_floor():
         lower_u[k, j] = u[floor * WIDTH + k, j]
 
 
-def walk_storeys():
+def evaluate_storeys():
     slot("find_lower_floor")
     for floor in range(FLOORS):
         for j in range(LANES):

@@ -8,10 +8,9 @@ With fixed branches of all hinges one solution is exact. Newton's method starts 
 ends only if all moments balance. Three guards keep it safe: a rotation changes by at most MOST_TURN in an iteration; a
 step beyond the minimum of energy along its direction is shortened (false position); and if NEWTON_SOLUTIONS were not
 sufficient, the search starts again from the rotations of the accepted state with the initial stiffness of all hinges,
-over-relaxed, which is the fixed-point iteration on plastic rotations. A sample without a solution ends as not_converged.
+over-relaxed, which is the fixed-point iteration on plastic rotations. A sample without a solution has the status
+not_converged.
 """
-
-from warpdyn.engine.laws.springs import spring_row
 
 order = 5
 

@@ -11,7 +11,6 @@ from __future__ import annotations
 import functools
 from collections.abc import Callable
 from dataclasses import dataclass
-from itertools import product
 
 from warpdyn.engine.kernels.lumped.pattern import TERMS_PER_STATEMENT, UNIT, Pattern, Table
 
@@ -131,11 +130,10 @@ def _divided(pattern: Pattern, dofs: tuple[tuple[int, ...], ...]) -> Storeys | N
         place[term.column][0] != place[row][0] for row, terms in enumerate(pattern.inverse_mass.rows) for term in terms
     ):
         return None
-    columns = {component: (storey, component) for component, storey in product(range(pattern.components), (0,))}
     codes["drive"] = [
         {
             (component, False): _of_column(pattern.drive, [row[at] for row in dofs], component, first["drive"])
-            for component in columns
+            for component in range(pattern.components)
         }
         for at in range(width)
     ]

@@ -151,7 +151,7 @@ def integrate_lumped(
                 for j in range(LANES):
                     slot("begin_walk")
                 if FUSES and (stage > 0 or not GATHERS_AT_END):
-                    slot("walk_storeys")
+                    slot("evaluate_storeys")
                 else:
                     if stage > 0 or not GATHERS_AT_END:
                         slot("gather_springs")

@@ -195,6 +195,8 @@ CHECKS: Mapping[str, Check] = {
         *("Hertz stiffness of the contact", "N m-1.5", 1e7, 1e14),
         given_in({"kN/m^1.5": 1e3, "N/mm^1.5": 1e3**1.5}),
     ),
+    # Anagnostopoulos (1988) and later papers: 1e7 to 1e10 N/m for pounding buildings; a rubber bumper has 1e6 N/m.
+    "spring_contact_stiffness": Check("stiffness of the contact", "N/m", 2e5, 1e12, given_in(STIFFNESS)),
     "spring_radius": Check("radius of the slider", "m", 0.4, 15.0, given_in(LENGTH)),
     "soil_density": Check(
         *("density of the soil", "kg/m3", 800.0, 4000.0),

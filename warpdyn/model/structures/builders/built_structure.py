@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, ClassVar
 
 from warpdyn.model.structures.lumped.structure import LumpedStructure
 
@@ -10,7 +10,20 @@ BASE_SHEAR = "base shear"  # output of builders whose outputs are forces
 
 
 class BuiltStructure(LumpedStructure):
-    """Base class of lumped structures whose scenes are read from JSON as those of a LumpedStructure."""
+    """Base class of lumped structures whose scenes are read from JSON as those of a LumpedStructure.
+
+    Attributes:
+        names_of_builder: Names of the attributes that a LumpedStructure does not have.
+    """
+
+    names_of_builder: ClassVar[tuple[str, ...]] = ()
+
+    @property
+    def read_from_json(self) -> LumpedStructure:
+        """The LumpedStructure that a scene read from JSON has instead, by which fingerprints identify the structure."""
+        found = object.__new__(LumpedStructure)
+        vars(found).update({name: each for name, each in vars(self).items() if name not in self.names_of_builder})
+        return found
 
     def scatter_problem(self, name: str, *, is_common_factor: bool) -> str | None:
         """Return why the stiffness cannot be random if outputs are forces; None for other parameters."""

@@ -41,6 +41,7 @@ def arguments_after(structure: LumpedStructure, dofs: Sequence[str], old: np.nda
         for name in ("stiffness_matrix", "geometric_stiffness")
         if name in structure.matrices
     }
+    found["is_machine"] = structure.is_machine
     damping = inherent_damping(structure)
     if damping.any():
         found["damping_matrix"] = placed(damping)
@@ -54,8 +55,13 @@ def arguments_after(structure: LumpedStructure, dofs: Sequence[str], old: np.nda
             moved.direction = row_in_new(spring.direction)
             springs.append(moved)
     springs += [BiaxialSpring.of_components(*pair) for pair in zip(components[::2], components[1::2], strict=True)]
-    outputs = {name: [row_in_new(row) for row in rows] for name, rows in structure.outputs.items()}
-    return {**found, **structure.kinds.given, "springs": springs, "outputs": outputs}
+    # Outputs of a frame whose nominal coefficients are 0 remain 0, because the sections are no longer random.
+    placed_rows = {name: [row_in_new(row) for row in rows] for name, rows in structure.outputs.items()}
+    found["outputs"] = {name: rows for name, rows in placed_rows.items() if any(rows)}
+    kinds = dict(structure.kinds.given)
+    if "output_units" in kinds:
+        kinds["output_units"] = {name: kinds["output_units"][name] for name in found["outputs"]}
+    return {**found, **kinds, "springs": springs}
 
 
 def lumped(function: str, structure: LumpedStructure | ShearBuilding) -> LumpedStructure:

@@ -88,6 +88,8 @@ class FlexuralShearBuilding(BuiltStructure):
         array([2.   , 0.546, 0.241])
     """
 
+    names_of_builder = ("stick", "floor_heights")
+
     def __init__(
         self,
         floor_mass: ArrayLike,

@@ -39,7 +39,7 @@ class UnbalancedRotor(BuiltStructure):
         True
     """
 
-    is_vehicle = True  # a machine: usual values of buildings do not apply
+    names_of_builder = ("eccentricity", "ratio")
 
     def __init__(
         self, mass: float, stiffness: float | tuple[float, float], *, eccentricity: float, damping_ratio: float
@@ -63,6 +63,7 @@ class UnbalancedRotor(BuiltStructure):
                 for name, each in zip("xy", values, strict=True)
             ],
             influence=[{"x": 1.0}, {"y": 1.0}],
+            is_machine=True,
         )
 
     @property

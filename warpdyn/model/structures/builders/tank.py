@@ -42,6 +42,8 @@ class HousnerTank(BuiltStructure):
         array([4.931, 0.15 ])
     """
 
+    names_of_builder = ("liquid",)
+
     def __init__(
         self,
         liquid: TankModel,

@@ -40,8 +40,6 @@ class QuarterCar(BuiltStructure):
         ('sample',)
     """
 
-    is_vehicle = True
-
     def __init__(
         self,
         body_mass: float,
@@ -64,6 +62,7 @@ class QuarterCar(BuiltStructure):
                 Spring("suspension", relative, law=suspension_law, stiffness=stiffness, damping_coefficient=dashpot),
                 Spring("tyre", {"wheel": 1.0}, stiffness=real_number("tyre_stiffness [N/m]", tyre_stiffness, above=0)),
             ],
+            is_machine=True,
         )
 
     def __repr__(self) -> str:
@@ -105,7 +104,7 @@ class HalfCar(BuiltStructure):
         True
     """
 
-    is_vehicle = True
+    names_of_builder = ("wheelbase",)
 
     def __init__(
         self,
@@ -150,6 +149,7 @@ class HalfCar(BuiltStructure):
                 {"bounce": rear / self.wheelbase, "pitch": 1 / self.wheelbase, "front wheel": 1.0},
                 {"bounce": front / self.wheelbase, "pitch": -1 / self.wheelbase, "rear wheel": 1.0},
             ],
+            is_machine=True,
         )
 
     def __repr__(self) -> str:

@@ -9,6 +9,7 @@ import numpy as np
 
 from warpdyn.foundations.core.checks import one_of, shortened
 from warpdyn.foundations.core.near_misses import did_you_mean
+from warpdyn.model.structures.frames.tables.table import check_names_known
 
 if TYPE_CHECKING:
     from warpdyn.model.structures.frames.frame import Frame
@@ -56,4 +57,22 @@ def checked_outputs(given: Sequence[str]) -> tuple[str, ...]:
         raise TypeError(f"outputs must be a list such as ['drift', 'member_force'], got {shortened(given)}")
     for name in given:
         one_of("outputs", name, OUTPUTS)
+    return tuple(given)
+
+
+def checked_members(frame: Frame, given: Sequence[str] | None, outputs: Sequence[str]) -> tuple[str, ...]:
+    """Return the members of the outputs "member_force", or raise an error that names a wrong one; None: all."""
+    if given is None:
+        return tuple(frame.members)
+    if isinstance(given, str) or not isinstance(given, list | tuple):
+        raise TypeError(f"members must be a list of names of members, such as ['beam'], got {shortened(given)}")
+    check_names_known("members", given, frame.members, "member")
+    for place, name in enumerate(given):
+        if name in given[:place]:
+            raise ValueError(f"members: {name!r} is listed twice: list it once")
+    if not given and "member_force" in outputs:
+        raise ValueError(
+            "members is empty, so that the outputs 'member_force' would contain no force: name members, or remove "
+            "members= for all"
+        )
     return tuple(given)

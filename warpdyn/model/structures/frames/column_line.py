@@ -35,6 +35,8 @@ class Storey(NamedTuple):
 
 def checked_line(frame: Frame) -> list[Storey]:
     """Return the storeys of a fish-bone frame from the base to the roof, or raise an error that names a member."""
+    if frame.geometric_kind != "string":
+        raise ValueError(f"{WHO}: give the frame geometric_stiffness='string': P-Delta acts on storey drifts")
     levels, floors = levels_of(frame, WHO)
     names = list(frame.members)
     found: list[Storey] = []
@@ -72,8 +74,8 @@ def _check_supports(frame: Frame, storey: Storey, names: list[str]) -> None:
     for node, what in ((joint, "joint"), (far, "end of half-beam")):
         if frame.supports.get(node, {}) != {"uy": True}:
             raise ValueError(
-                f"{WHO}: node {node!r} ({what}) must have the support 'roller': columns do not shorten, and a half-beam "
-                "ends at mid-span"
+                f"{WHO}: node {node!r} ({what}) must have the support 'roller': columns do not shorten, "
+                "and a half-beam ends at mid-span"
             )
     others = [name for name, row in frame.members.items() if far in (row["start"], row["end"])]
     if others != [names[storey.beam]]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -12,6 +13,7 @@ from warpdyn.foundations.core.near_misses import suggests_names
 from warpdyn.model.structures.frames.frame import Frame
 
 RIGID_AREA = 1e3  # area of the column line over the sum of the columns, so that it is nearly axially rigid
+SAME = 1e-6  # largest relative difference of lengths and end springs of columns that count as equal
 
 
 @dataclass
@@ -30,10 +32,12 @@ def fishbone(frame: Frame) -> Frame:
     All joints of a floor have one rotation, and columns do not shorten. The columns of a storey become one column with
     the sum of their stiffnesses and of their end springs. The beams of a floor become one half-beam with a roller at
     its end, whose rotational stiffness is the sum of the moments of all beam ends for a unit rotation of all joints: 12
-    E I / L for a beam without springs, offsets and shear deformation. All gravity loads act on a leaning column.
+    E I / L for a beam without springs, offsets and shear deformation. All gravity loads act on a leaning column, as do
+    columns with hinges at both ends (a pinned base of a single column is a hinge).
 
     A frame with equal bays, axially rigid members and outer columns with half of the inner stiffness sways exactly as
-    its fish-bone; otherwise the fish-bone is stiffer, because it forces equal rotations.
+    its fish-bone. Otherwise the fish-bone is stiffer than the frame, because its joints have equal rotations and no
+    vertical displacements. Frames for which this is not true are refused: see Raises.
 
     Sources: Ogawa, Kamura and Inoue (1999); Nakashima, Ogawa and Inoue (2002), "Generic frame model for simulation of
     earthquake responses of steel moment frames".
@@ -47,8 +51,9 @@ def fishbone(frame: Frame) -> Frame:
         (columns), "B1" (half-beams) and "L1"; the same diaphragms and horizontal masses.
 
     Raises:
-        ValueError: If the frame has no rigid floors, an inclined member, a member that skips a floor, or columns with
-            different supports.
+        ValueError: If the frame has no rigid floors, an inclined member, a member that skips a floor, columns with
+            different supports, lengths or end springs (relative to E I / L) in a storey, rigid end offsets of columns,
+            a horizontal or rotational support of a floor, geometric_stiffness="consistent", or p_delta="no".
         TypeError: If `frame` is not a Frame.
 
     Example:
@@ -60,6 +65,7 @@ def fishbone(frame: Frame) -> Frame:
     """
     check_kind("fishbone", "a Frame", frame, Frame, argument="frame")
     levels, floors = levels_of(frame)
+    _refuse_other_p_delta(frame, levels)
     heights = [0.0, *(frame.level_of(floor) - _base(frame) for floor in floors)]
     width = _half_bay(frame)
     nodes: dict[str, Any] = {"J0": (0.0, 0.0)}
@@ -99,10 +105,7 @@ def _base(frame: Frame) -> float:
 
 
 def levels_of(frame: Frame, who: str = "fishbone()") -> tuple[list[Level], list[str]]:
-    """Return the members of each storey with the floor above, and the moving floors from the lowest to the highest.
-
-    Errors begin with `who`, the function or class that needs the levels.
-    """
+    """Return the members of each storey with the floor above, and the moving floors from the lowest to the highest."""
     free = set(frame.numbering.free_names)
     floors = [floor for floor in frame.floors if floor in free]
     if not floors:
@@ -114,12 +117,18 @@ def levels_of(frame: Frame, who: str = "fishbone()") -> tuple[list[Level], list[
         for node in ends:
             if node not in level_of and node not in frame.supports:
                 raise ValueError(f"{who}: node {node!r} of member {name!r} is neither on a rigid floor nor supported")
+            if node in level_of and not {"ux", "rz"}.isdisjoint(frame.supports.get(node, {})):
+                raise ValueError(
+                    f"{who}: the support of node {node!r} on a rigid floor would be lost: remove its ux and rz"
+                )
         low, high = sorted(level_of.get(node, 0) for node in ends)
         x = frame.coordinates[frame.ends[index], 0]
         if low == high and low:
             found[low - 1].beams.append(index)
         elif high - low == 1 and abs(x[1] - x[0]) <= 1e-6 * frame.geometry.length[index]:
-            which = found[high - 1].leaning if row["kind"] == "truss" else found[high - 1].columns
+            _refuse_offsets(name, row)
+            is_leaning = row["kind"] == "truss" or all(_is_hinged(frame, index))
+            which = found[high - 1].leaning if is_leaning else found[high - 1].columns
             which.append(index)
         else:
             raise ValueError(
@@ -128,14 +137,51 @@ def levels_of(frame: Frame, who: str = "fishbone()") -> tuple[list[Level], list[
             )
     for floor, level in zip(floors, found, strict=True):
         if not level.columns:
-            raise ValueError(f"{who}: the storey below floor {floor!r} has no column")
+            raise ValueError(f"{who}: the storey below floor {floor!r} has no column that resists its drift")
     return found, floors
+
+
+def _is_hinged(frame: Frame, index: int) -> list[bool]:
+    """Return whether the start and the end of a member have no moment: a hinge, or the only member at a pinned base."""
+    found = []
+    for end, node in enumerate(frame.ends[index]):
+        support = frame.supports.get(list(frame.nodes)[node], {})
+        is_alone = int((frame.ends == node).sum()) == 1 and not support.get("rz")
+        found.append(bool(frame.geometry.end_springs[index, end] == 0) or is_alone)
+    return found
+
+
+def _refuse_offsets(name: str, row: Mapping[str, Any]) -> None:
+    for column in ("offset_start_x", "offset_start_y", "offset_end_x", "offset_end_y"):
+        if row[column]:
+            raise ValueError(
+                f"fishbone(): column {name!r} has the rigid end offset {column} = {row[column]:g} m, which a fish-bone "
+                "cannot have: remove it, and increase second_moment instead"
+            )
+
+
+def _refuse_other_p_delta(frame: Frame, levels: list[Level]) -> None:
+    """Raise a ValueError if the geometric stiffness is not that of vertical strings with all gravity loads."""
+    if frame.geometric_kind != "string":
+        raise ValueError(
+            f"fishbone(): geometric_stiffness={frame.geometric_kind!r} cannot be transferred, because a leaning column "
+            "carries all gravity loads: give the frame geometric_stiffness='string'"
+        )
+    names = list(frame.members)
+    for index in (index for level in levels for index in (*level.columns, *level.leaning)):
+        if frame.members[names[index]]["p_delta"] == "no":
+            raise ValueError(
+                f"fishbone(): column {names[index]!r} has p_delta='no', but a leaning column carries all gravity "
+                "loads: give all columns p_delta='yes'"
+            )
 
 
 def _column_line(frame: Frame, level: Level, modulus: float, place: int) -> tuple[dict[str, float], dict[str, Any]]:
     """Return section and member of the column line: sums of EI, of shear stiffness and of end springs."""
     taken = level.columns
     nominal, geometry = frame.nominal, frame.geometry
+    _refuse_different_lengths(frame, [*taken, *level.leaning])
+    _refuse_different_springs(frame, taken)
     bending = nominal.modulus[taken] * nominal.inertia[taken]
     section = {
         "elastic_modulus": modulus,
@@ -152,6 +198,33 @@ def _column_line(frame: Frame, level: Level, modulus: float, place: int) -> tupl
     for end in ("start", "end"):
         member[f"spring_{end}"] = float(_springs_at(frame, taken, end).sum())
     return section, member
+
+
+def _refuse_different_lengths(frame: Frame, columns: list[int]) -> None:
+    names = list(frame.members)
+    lengths = frame.geometry.length[columns]
+    for place in np.flatnonzero(np.abs(lengths - lengths[0]) > SAME * lengths[0]):
+        raise ValueError(
+            f"fishbone(): columns {names[columns[0]]!r} and {names[columns[place]]!r} of a storey have the lengths "
+            f"{lengths[0]:g} and {lengths[place]:g} m: a fish-bone has one column per storey"
+        )
+
+
+def _refuse_different_springs(frame: Frame, columns: list[int]) -> None:
+    """Raise a ValueError unless the end springs of columns are in proportion to E I / L."""
+    names = list(frame.members)
+    bending = frame.nominal.modulus[columns] * frame.nominal.inertia[columns] / frame.geometry.length[columns]
+    for end, words in (("start", "lower"), ("end", "upper")):
+        ratios = _springs_at(frame, columns, end) / bending
+        # A relative difference of infinite or zero ratios: of ratio / (1 + ratio), which is 1 or 0.
+        with np.errstate(invalid="ignore"):
+            fixity = np.where(np.isinf(ratios), 1.0, ratios / (1 + ratios))
+        for place in np.flatnonzero(np.abs(fixity - fixity[0]) > SAME * (1 - np.minimum(fixity, fixity[0]))):
+            raise ValueError(
+                f"fishbone(): the springs (or hinges) at the {words} ends of columns {names[columns[0]]!r} and "
+                f"{names[columns[place]]!r} are {ratios[0]:g} and {ratios[place]:g} times E I / L: give all columns of "
+                "a storey the same ratio, or hinges at both ends (leaning column)"
+            )
 
 
 def _springs_at(frame: Frame, columns: list[int], end: str) -> np.ndarray:

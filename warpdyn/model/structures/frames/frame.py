@@ -32,7 +32,7 @@ from warpdyn.model.structures.frames.tables.columns import (
     read_member_loads,
     read_supports,
 )
-from warpdyn.model.structures.frames.tables.table import Rows, TableLike, check_names_known, column_of, read_table
+from warpdyn.model.structures.frames.tables.table import Rows, TableLike, column_of, read_table
 
 MASS_KINDS, GEOMETRIC_KINDS = ("lumped", "consistent"), ("string", "consistent")
 
@@ -167,7 +167,7 @@ class Frame(FrameStoreys, FrameMatrices):
         Returns:
             Dataset with `displacement` [node, direction], `reaction` [node, direction], `end_force` [member, end,
             force] (forces on the member's ends in its local axes: axial, shear, moment) and `axial_force` [member]
-            (tension positive).
+            (tension positive). The attribute `includes_gravity` is 1 or 0.
 
         Raises:
             ValueError: If a name is unknown, a value is not finite, a load acts on a rotation that no member resists,
@@ -292,8 +292,6 @@ class Frame(FrameStoreys, FrameMatrices):
             >>> run["peak_output"].sel(output="drift 1").dims
             ('sample',)
         """
-        if members is not None:
-            check_names_known("members", members, self.members, "member")
         return ReducedFrame(
             self,
             dofs=dofs,
@@ -316,8 +314,8 @@ class Frame(FrameStoreys, FrameMatrices):
 
         Args:
             results: Result of `static`; or a run of a structure of `lumped` with the outputs "member_force".
-            gravity: Whether the absolute forces under the gravity loads of the tables are added. For a run, the sum is
-                an upper bound, because both may have opposite signs.
+            gravity: Whether the absolute forces under the gravity loads of the tables are added, unless the result is
+                that of `static(gravity=True)`. The sum is an upper bound, because both may have opposite signs.
 
         Returns:
             Dataset with `axial_demand`, `shear_demand` [N] and `moment_demand` [N m], their ratios `axial_ratio`,
@@ -325,7 +323,8 @@ class Frame(FrameStoreys, FrameMatrices):
             the sum of axial and moment ratio; dimensions (sample,) member.
 
         Raises:
-            ValueError: If the results contain no forces of members.
+            ValueError: If the results contain no forces of members, or those of `static` have lost the attribute
+                `includes_gravity`.
             TypeError: If `results` is not a Dataset.
 
         Example:

@@ -9,13 +9,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from warpdyn.engine.kernels.lumped.pattern import ColumnLine
-from warpdyn.engine.laws import Parameter
 from warpdyn.engine.laws.bilinear.parameters import Bilinear, ElasticPerfectlyPlastic
 from warpdyn.engine.laws.elastic.parameters import Elastic
 from warpdyn.engine.laws.ibarra_medina_krawinkler.parameters import IbarraMedinaKrawinklerBilinear
 from warpdyn.foundations.core.checks import check_kind
 from warpdyn.foundations.core.near_misses import with_suggestions
-from warpdyn.model.structures.frames.choices import DEFAULT_OUTPUTS
 from warpdyn.model.structures.frames.column_line import ENDS, base_turn, checked_hinges, checked_line
 from warpdyn.model.structures.frames.frame import Frame
 from warpdyn.model.structures.frames.members.elements import Sections, shear_ratio
@@ -64,7 +62,7 @@ class HingedFishbone(ReducedFrame):
         hinges: Laws of hinges by member and end, {(member, "start" or "end"): {"law": law, parameter: value}}. Member
             ends without a hinge have the linear spring of the frame.
         p_delta: Whether gravity loads soften the frame.
-        outputs: As for `Frame.lumped`: "drift" and "base_shear".
+        outputs: ("drift",): storey drift ratios "drift 1" and so on [1]; or ().
         drift_capacity: Storey drift ratio at which samples collapse [1]; None: no collapse.
         damping: Inherent damping, as for a LumpedStructure.
         damping_ratio: Viscous damping ratio [1].
@@ -87,7 +85,7 @@ class HingedFishbone(ReducedFrame):
         hinges: Mapping[tuple[str, str], Mapping[str, Any]],
         *,
         p_delta: bool = True,
-        outputs: Sequence[str] = DEFAULT_OUTPUTS,
+        outputs: Sequence[str] = ("drift",),
         drift_capacity: float | None = None,
         damping: str = "none",
         damping_ratio: float | None = None,
@@ -97,8 +95,11 @@ class HingedFishbone(ReducedFrame):
         check_kind("HingedFishbone", "a Frame", frame, Frame, argument="frame")
         self.line = checked_line(frame)
         self.hinges = checked_hinges(frame, self.line, hinges)
-        if "member_force" in outputs:
-            raise ValueError("outputs: forces of members are those of the elastic frame: use recorder 'spring'")
+        if tuple(outputs) not in ((), ("drift",)):
+            raise ValueError(
+                f"outputs of a HingedFishbone are ('drift',) or (), got {outputs!r}: recorder 'spring' has storey shears "
+                "and moments of hinges"
+            )
         super().__init__(
             frame,
             dofs=None,

@@ -13,11 +13,16 @@ from warpdyn.engine.laws import Parameter
 from warpdyn.foundations.core.checks import one_of, real_number, true_or_false, whole_number
 from warpdyn.foundations.core.frozen_values import FrozenMapping
 from warpdyn.foundations.core.near_misses import did_you_mean
-from warpdyn.model.structures.frames.choices import checked_outputs, kept_places
+from warpdyn.model.structures.frames.choices import checked_members, checked_outputs, kept_places
 from warpdyn.model.structures.frames.members.elements import Sections
 from warpdyn.model.structures.frames.members.forces import force_names, force_rows, unit_of
-from warpdyn.model.structures.frames.members.matrices import Bent
-from warpdyn.model.structures.frames.reduction import free_matrices, inner_masses, reduced, shapes_of
+from warpdyn.model.structures.frames.reduction import (
+    condensation_under_gravity,
+    free_matrices,
+    inner_masses,
+    reduced,
+    shapes_of,
+)
 from warpdyn.model.structures.lumped.matrices import INCIDENCE
 from warpdyn.model.structures.lumped.spring import Spring
 from warpdyn.model.structures.lumped.structure import MOST_DOFS, LumpedStructure
@@ -49,6 +54,8 @@ class Gauge(Spring):
 
 class ReducedFrame(LumpedStructure):
     """An elastic frame with few degrees of freedom; `Frame.lumped` makes it and describes the arguments."""
+
+    can_have_zero_outputs = True  # a force may be 0 only because the nominal sections are equal
 
     def __init__(
         self,
@@ -83,21 +90,22 @@ class ReducedFrame(LumpedStructure):
                 "dofs= (such as those of diaphragms) and reduction='guyan' or 'craig_bampton'"
             )
         self.output_kinds = checked_outputs(outputs)
-        self.members_out = tuple(frame.members if members is None else members)
+        self.members_out = checked_members(frame, members, self.output_kinds)
         self.drift_capacity = drift_capacity
         reduced_mass = reduced(mass, shapes)
         self.nominal_mass = np.diag(reduced_mass).copy()
         for place in np.flatnonzero(self.nominal_mass <= 0):
             raise ValueError(f"dofs: degree of freedom {dof_names[place]!r} has no mass: remove it from dofs=")
         self.motion = self._motions(dof_names)
-        named_outputs = self._named_outputs(dof_names, stiffness, shapes)
+        softened = self._softened(stiffness, geometric, shapes)
+        named_outputs = self._named_outputs(dof_names, stiffness + geometric, softened)
         super().__init__(
             dict(zip(dof_names, self.nominal_mass.tolist(), strict=True)),
             self._gauges(names),
             influence=[dict(zip(dof_names, row.tolist(), strict=True)) for row in self.motion.T],
             mass_matrix=reduced_mass - np.diag(self.nominal_mass),
             stiffness_matrix=reduced(stiffness, shapes),
-            geometric_stiffness=-reduced(geometric, shapes) if p_delta else None,
+            geometric_stiffness=-reduced(geometric, shapes, softened) if p_delta else None,
             load_mass=None if reduction == "static" else self.load_masses({"mass": self.nominal_mass[None]})[0],
             outputs=named_outputs,
             output_units={name: unit_of(name) for name in named_outputs},
@@ -161,28 +169,32 @@ class ReducedFrame(LumpedStructure):
             raise ValueError("drift_capacity needs storeys: give the frame diaphragms=, and keep them in dofs=")
         return [Gauge("first", {names[0]: 1.0}, None)]
 
+    def _softened(self, stiffness: np.ndarray, geometric: np.ndarray, shapes: np.ndarray) -> np.ndarray:
+        """Return the shapes under gravity: with "static" those of K + K_g, otherwise those of K."""
+        if not self.p_delta or self.reduction != "static":
+            return shapes
+        return condensation_under_gravity(stiffness, geometric, self.kept)
+
     def _named_outputs(
-        self, names: Sequence[str], stiffness: np.ndarray, shapes: np.ndarray
+        self, names: Sequence[str], total: np.ndarray, shapes: np.ndarray
     ) -> dict[str, dict[str, float]]:
-        """Return the outputs, and note the places of those that are not 0 for any section properties."""
-        every, rows = self._rows(stiffness[None], shapes[None], self.frame.bent(self.frame.nominal))
+        """Return the outputs, and note the places of those that are not 0 for all section properties."""
+        every, rows = self._rows(total[None], shapes[None], self.frame.nominal)
         random = np.random.default_rng(0)
         other = Sections(*(each * random.uniform(0.8, 1.2, each.shape) for each in self._nominal_sections))
-        numbering, mass = self.frame.numbering, self.frame.mass()[self.frame.numbering.free]
-        changed = numbering.assembled_of_many(self.frame.stiffness_of_members(other), has_springs=True)
-        of_changed = shapes_of(changed, mass[:, numbering.free].toarray()[None], self.kept, self.interface_modes)
-        acts = rows[0].any(axis=1) | self._rows(changed, of_changed, self.frame.bent(other))[1][0].any(axis=1)
-        self.output_places = np.flatnonzero(acts)
-        found = {}
-        for place in self.output_places:
-            row = rows[0, place]
-            if not row.any():  # it is 0 only because the sections are equal
-                row[0] = np.finfo(float).tiny
-            found[every[place]] = dict(zip(names, row.tolist(), strict=True))
-        return found
+        changed = self._of_many(other)
+        of_changed = self._rows(changed["stiffness"] + changed["geometric"], changed["softened"], other)[1]
+        self.output_places = np.flatnonzero(rows[0].any(axis=1) | of_changed[0].any(axis=1))
+        return {every[place]: dict(zip(names, rows[0, place].tolist(), strict=True)) for place in self.output_places}
 
-    def _rows(self, stiffness: np.ndarray, shapes: np.ndarray, bent: Bent) -> tuple[tuple[str, ...], np.ndarray]:
-        """Return the names of outputs and their coefficients, shape [structure, output, dof]."""
+    def _rows(self, total: np.ndarray, shapes: np.ndarray, sections: Sections) -> tuple[tuple[str, ...], np.ndarray]:
+        """Return the names of outputs and their coefficients, shape [structure, output, dof].
+
+        Args:
+            total: Stiffness with the geometric stiffness of P-Delta, shape [structure, free, free].
+            shapes: Displacements per kept degree of freedom, shape [structure, free, dof].
+            sections: Section properties.
+        """
         frame, count, dofs = self.frame, *shapes.shape[::2]
         free_names = list(frame.numbering.free_names)
         names: list[str] = []
@@ -197,10 +209,12 @@ class ReducedFrame(LumpedStructure):
         if "base_shear" in self.output_kinds:
             moved = frame.numbering.is_horizontal[frame.numbering.free].astype(float)
             names.append("base shear")
-            rows.append((moved @ stiffness)[:, None] @ shapes)
+            rows.append((moved @ total)[:, None] @ shapes)
         if "member_force" in self.output_kinds:
             names += force_names(self.members_out)
-            rows.append(force_rows(frame, self.members_out, shapes, bent))
+            bent = frame.bent(sections)
+            softening = frame.local_geometric(frame.gravity, bent[1], sections) if self.p_delta else None
+            rows.append(force_rows(frame, self.members_out, shapes, bent, softening))
         found = np.concatenate(rows, axis=1) if rows else np.zeros((count, 0, dofs))
         return tuple(names), found
 
@@ -316,20 +330,30 @@ class ReducedFrame(LumpedStructure):
     def _sections_by_name(self) -> dict[str, np.ndarray]:
         return dict(zip(MEMBER_PARAMETERS, self._nominal_sections, strict=True))
 
+    def _of_many(self, sections: Sections) -> dict[str, np.ndarray]:
+        """Return the matrices of the free degrees of freedom of some structures, and the shapes of their reduction."""
+        frame, numbering = self.frame, self.frame.numbering
+        stiffness = numbering.assembled_of_many(frame.stiffness_of_members(sections), has_springs=True)
+        mass = numbering.assembled_of_many(frame.mass_of_members(sections))
+        mass = mass + np.diag(frame.lumped_masses[numbering.free])
+        shapes = shapes_of(stiffness, mass, self.kept, self.interface_modes)
+        geometric = np.zeros((1, *stiffness.shape[1:]))
+        if self.p_delta:
+            geometric = numbering.assembled_of_many(frame.geometric_of_members(frame.gravity, sections))
+        softened = self._softened(stiffness, geometric, shapes)
+        return {"stiffness": stiffness, "geometric": geometric, "mass": mass, "shapes": shapes, "softened": softened}
+
     def _reduced(self, sections: Sections) -> dict[str, np.ndarray]:
         """Return the reduced matrices of some structures."""
-        frame, numbering = self.frame, self.frame.numbering
-        free = numbering.free
-        bent = frame.bent(sections)
-        stiffness = numbering.assembled_of_many(frame.stiffness_of_members(sections, bent), has_springs=True)
-        mass = numbering.assembled_of_many(frame.mass_of_members(sections)) + np.diag(frame.lumped_masses[free])
-        shapes = shapes_of(stiffness, mass, self.kept, self.interface_modes)
-        moved = numbering.is_horizontal[free].astype(float)
+        whole = self._of_many(sections)
+        stiffness, geometric, mass, shapes, softened = whole.values()
+        moved = self.frame.numbering.is_horizontal[self.frame.numbering.free].astype(float)
         found = {
             "stiffness": reduced(stiffness, shapes),
             "mass": reduced(mass, shapes),
             "load": np.swapaxes(shapes, 1, 2) @ (mass @ moved)[..., None],
-            "output": self._rows(stiffness, shapes, bent)[1][:, self.output_places],
+            "output": self._rows(stiffness + geometric, softened, sections)[1][:, self.output_places],
+            "geometric": np.zeros((len(shapes), *self.nominal_mass.shape * 2)),
         }
         found["load"] = found["load"][..., 0]
         # Fixed-interface modes are decoupled from each other and from the kept displacements.
@@ -338,11 +362,8 @@ class ReducedFrame(LumpedStructure):
             found["stiffness"][:, :kept, kept:] = found["stiffness"][:, kept:, :kept] = 0.0
             found["stiffness"][:, kept:, kept:] *= np.eye(modes)
             found["mass"][:, kept:, kept:] = np.eye(modes)
-        geometric = np.zeros_like(found["stiffness"])
         if self.p_delta:
-            axial = frame.gravity
-            geometric = -reduced(numbering.assembled_of_many(frame.geometric_of_members(axial, sections)), shapes)
-        found["geometric"] = geometric
+            found["geometric"] = -reduced(geometric, shapes, softened)
         return found
 
     def chosen(self) -> dict[str, Any]:

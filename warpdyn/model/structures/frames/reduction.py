@@ -36,11 +36,34 @@ def condensation(stiffness: np.ndarray, kept: np.ndarray) -> np.ndarray:
     return found
 
 
-def reduced(matrix: np.ndarray, shapes: np.ndarray) -> np.ndarray:
-    """Return T^T A T, symmetric, shape [..., kept, kept]."""
-    found = np.swapaxes(shapes, -1, -2) @ matrix @ shapes
+def reduced(matrix: np.ndarray, shapes: np.ndarray, right: np.ndarray | None = None) -> np.ndarray:
+    """Return T^T A T, or T^T A R with other shapes R, symmetric, shape [..., kept, kept]."""
+    found = np.swapaxes(shapes, -1, -2) @ matrix @ (shapes if right is None else right)
     symmetric: np.ndarray = (found + np.swapaxes(found, -1, -2)) / 2
     return symmetric
+
+
+def condensation_under_gravity(stiffness: np.ndarray, geometric: np.ndarray, kept: np.ndarray) -> np.ndarray:
+    """Return the shapes T of `condensation` of K + K_g; a ValueError if eliminated degrees of freedom buckle.
+
+    With the shapes T_0 of K alone, T_0^T K T = T_0^T K T_0, so that T_0^T K_g T is the geometric stiffness that changes
+    the condensed K to the condensed K + K_g.
+
+    Args:
+        stiffness: Stiffness matrices K [N/m], shape [..., dof, dof].
+        geometric: Geometric stiffness matrices K_g, tension positive [N/m], shape [..., dof, dof].
+        kept: Numbers of the kept degrees of freedom.
+    """
+    total = stiffness + geometric
+    left = np.setdiff1d(np.arange(total.shape[-1]), kept)
+    try:
+        np.linalg.cholesky(total[..., left, :][..., left])
+    except np.linalg.LinAlgError:
+        raise ValueError(
+            "p_delta=True: a part of the frame buckles under gravity between the kept degrees of freedom with these "
+            "sections: reduce the scatter of elastic_modulus and second_moment, or the gravity loads"
+        ) from None
+    return condensation(total, kept)
 
 
 def fixed_interface_modes(stiffness: np.ndarray, mass: np.ndarray, kept: np.ndarray, modes: int) -> np.ndarray:

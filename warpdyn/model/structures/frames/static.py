@@ -16,6 +16,7 @@ from warpdyn.model.structures.frames.members.elements import (
     ROTATIONS,
     fixed_end_forces,
 )
+from warpdyn.model.structures.frames.members.forces import INCLUDES_GRAVITY
 from warpdyn.model.structures.frames.tables.columns import DIRECTIONS, FORCES
 from warpdyn.model.structures.frames.tables.table import Rows, check_names_known, column_of
 
@@ -139,7 +140,9 @@ def solve(
             displacement, ends = _linear(frame, forces, fixed, moved, axial)
         else:
             raise ValueError("static(p_delta=True): the axial forces do not converge: the frame is close to buckling")
-    return _dataset(frame, forces, displacement, ends)
+    found = _dataset(frame, forces, displacement, ends)
+    found.attrs[INCLUDES_GRAVITY] = int(has_gravity)
+    return found
 
 
 def _linear(

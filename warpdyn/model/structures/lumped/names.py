@@ -36,8 +36,14 @@ def check_known(what: str, given: Collection[str], dofs: Sequence[str]) -> None:
 Rows = tuple[Mapping[str, float], ...]  # of one output; an output with several rows is their resultant
 
 
-def checked_outputs(given: object, dofs: Sequence[str]) -> Mapping[str, Rows]:
-    """Return the outputs of a structure, {name: rows}, or raise an error that names the output."""
+def checked_outputs(given: object, dofs: Sequence[str], *, can_be_zero: bool = False) -> Mapping[str, Rows]:
+    """Return the outputs of a structure, {name: rows}, or raise an error that names the output.
+
+    Args:
+        given: Outputs, {name: row or rows}.
+        dofs: Names of the degrees of freedom.
+        can_be_zero: Whether all coefficients of an output may be 0, because those of random structures are not.
+    """
     if given is None:
         return FrozenMapping({})
     if not isinstance(given, Mapping):
@@ -51,7 +57,7 @@ def checked_outputs(given: object, dofs: Sequence[str]) -> Mapping[str, Rows]:
         found[name] = tuple(checked_coefficients(what, row) for row in listed)
         for row in found[name]:
             check_known(what, row, dofs)
-            if not any(row.values()):
+            if not can_be_zero and not any(row.values()):
                 raise ValueError(f"{what} depends on no degree of freedom: give a coefficient other than 0")
     return FrozenMapping(found)
 

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from warpdyn.engine.laws import Parameter
 from warpdyn.engine.laws.building_law import BuildingLaw
-from warpdyn.foundations.core.checks import real_number
+from warpdyn.foundations.core.checks import real_number, true_or_false
 from warpdyn.foundations.core.frozen_values import FrozenMapping
 from warpdyn.foundations.core.near_misses import did_you_mean, with_suggestions
 from warpdyn.model.structures.lumped.biaxial_spring import BiaxialSpring
@@ -85,9 +85,11 @@ class LumpedStructure(LumpedMatrices, Structure):
         rotations: Names of the degrees of freedom that are rotations [rad]; None: those whose name contains a word such
             as "theta", "rotation", "rocking" or "pitch". They decide the units in datasets.
         groups: Names of degrees of freedom and springs by group, {group: [name, ...]}, to which scatter can be
-            restricted. The groups "equipment", "absorber" and "soil" do not count in the largest demand of the
-            building. Places in no group are in the group "building".
+            restricted. The groups "equipment", "absorber", "soil" and "contact" do not count in the largest
+            demand of the building. Places in no group are in the group "building".
         output_units: Units of the outputs, {name: unit}, such as "m"; `fragility` compares outputs of one unit only.
+        is_machine: Whether the structure is a vehicle or a machine. It has no warnings about values that are unusual
+            for buildings and earthquakes, and no parameter `incidence_angle`.
 
     Raises:
         ValueError: If a name is unknown or given twice, a degree of freedom has no mass, a matrix has a wrong shape, is
@@ -119,6 +121,7 @@ class LumpedStructure(LumpedMatrices, Structure):
     family = "lumped"
     demand = "spring"
     devices = ()
+    can_have_zero_outputs = False
 
     def __init__(
         self,
@@ -138,7 +141,10 @@ class LumpedStructure(LumpedMatrices, Structure):
         rotations: Sequence[str] | None = None,
         groups: Mapping[str, Sequence[str]] | None = None,
         output_units: Mapping[str, str] | None = None,
+        is_machine: bool = False,
     ) -> None:
+        if true_or_false("is_machine", is_machine):  # otherwise the class attribute
+            self.is_machine = True
         masses = checked_coefficients("mass", mass)
         self.dof_names = tuple(masses)
         if not 1 <= len(masses) <= MOST_DOFS:
@@ -148,7 +154,7 @@ class LumpedStructure(LumpedMatrices, Structure):
         self.pairs = sum(isinstance(each, BiaxialSpring) for each in springs)
         directions = [spring.direction for spring in self.springs]
         self.influence = checked_influence(influence, self.dof_names, directions)
-        self.outputs = checked_outputs(outputs, self.dof_names)
+        self.outputs = checked_outputs(outputs, self.dof_names, can_be_zero=self.can_have_zero_outputs)
         self.kinds = kinds_of(self.dof_names, self.springs, self.outputs, rotations, groups, output_units)
         given = dict(zip(MATRICES, (mass_matrix, stiffness_matrix, damping_matrix, geometric_stiffness), strict=True))
         self.matrices: Mapping[str, np.ndarray] = FrozenMapping(
@@ -172,7 +178,7 @@ class LumpedStructure(LumpedMatrices, Structure):
         arrays = {"mass": np.array(list(masses.values())), **spring_values(self.springs)}
         if damping_ratio is not None:
             arrays["damping_ratio"] = np.array(real_number("damping_ratio", damping_ratio))
-        if self.components > 1 and not self.is_vehicle:
+        if self.components > 1 and not self.is_machine:
             arrays[INCIDENCE] = np.array(0.0)
         self.parameter_table: Mapping[str, Parameter] = FrozenMapping(parameters_of_springs(self.storey_law, arrays))
         for name in OF_STRUCTURE:
@@ -293,6 +299,8 @@ class LumpedStructure(LumpedMatrices, Structure):
             return None
         dim = self.dim_of(name)
         found = self.kinds.of_building(dim)
+        if not np.isfinite(self.parameters[name][found]).any():
+            found = ~found  # a parameter of springs in added groups only, such as the clearance of contacts
         if only is not None:
             found = self.kinds.named(dim, self.names_along(dim), [str(each) for each in only])[0]
         return None if found.all() else found
@@ -326,7 +334,7 @@ class LumpedStructure(LumpedMatrices, Structure):
         found |= {"outputs": as_given(self.outputs)} if self.outputs else {}
         found |= {name: matrix.tolist() for name, matrix in self.matrices.items()}
         found |= {} if self.load_mass is None else {"load_mass": self.load_mass.tolist()}
-        found |= {**self.kinds.given} | ({"is_vehicle": True} if self.is_vehicle else {})
+        found |= {**self.kinds.given} | ({"is_machine": True} if self.is_machine else {})
         return found | ({"written_laws": texts} if (texts := self.storey_law.written) else {})
 
     def told(self) -> list[tuple[object, ...]]:

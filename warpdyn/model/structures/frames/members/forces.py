@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from warpdyn.model.structures.frames.members.matrices import Bent
 
 ENDS = ("start", "end")
+INCLUDES_GRAVITY = "includes_gravity"  # attribute of the result of `Frame.static`: 1 or 0
 FORCES_OF_OUTPUTS = {"axial": 3, "shear start": 1, "shear end": 4, "moment start": 2, "moment end": 5}
 
 
@@ -30,7 +31,9 @@ def unit_of(output: str) -> str:
     return "N m" if output.endswith(("moment start", "moment end")) else "N"
 
 
-def force_rows(frame: Frame, members: Sequence[str], shapes: np.ndarray, bent: Bent) -> np.ndarray:
+def force_rows(
+    frame: Frame, members: Sequence[str], shapes: np.ndarray, bent: Bent, softening: np.ndarray | None = None
+) -> np.ndarray:
     """Return forces per unit displacement of the kept degrees of freedom, in the order of `force_names`.
 
     Args:
@@ -38,6 +41,7 @@ def force_rows(frame: Frame, members: Sequence[str], shapes: np.ndarray, bent: B
         members: Names of the members.
         shapes: Displacements of the free degrees of freedom per kept one, shape [structure, free, dof].
         bent: Result of `Frame.bent` for the section properties.
+        softening: Geometric stiffness in local axes, result of `Frame.local_geometric`; None: without P-Delta.
 
     Returns:
         Coefficients [N/m] or [N m/m], shape [structure, force, dof].
@@ -45,8 +49,10 @@ def force_rows(frame: Frame, members: Sequence[str], shapes: np.ndarray, bent: B
     number = {name: place for place, name in enumerate(frame.members)}
     places = np.array([number[name] for name in members], dtype=int)
     local, conditions = bent
-    ends = (local[..., places, :, :] @ conditions.ends[..., places, :, :])[..., list(FORCES_OF_OUTPUTS.values()), :]
-    of_joints = ends @ frame.geometry.to_local[places]
+    ends = local[..., places, :, :] @ conditions.ends[..., places, :, :]
+    if softening is not None:
+        ends = ends + softening[..., places, :, :]
+    of_joints = ends[..., list(FORCES_OF_OUTPUTS.values()), :] @ frame.geometry.to_local[places]
     everywhere = np.zeros((len(shapes), len(frame.numbering.names), shapes.shape[2]))
     everywhere[:, frame.numbering.free] = shapes
     joints = everywhere[:, frame.numbering.of_members[places]]  # [structure, member, 6, dof]
@@ -59,6 +65,7 @@ def demand_capacity_ratios(frame: Frame, results: xr.Dataset, *, has_gravity: bo
     function = "demand_capacity"
     check_dataset(function, results, advice="give the result of Frame.static or simulate()", argument="results")
     if "end_force" in results:
+        has_gravity = has_gravity and not _includes_gravity(results)
         forces = abs(results["end_force"].sel(member=list(frame.members)))
         demands = {
             "axial": forces.sel(action="axial").max("end"),
@@ -89,6 +96,17 @@ def demand_capacity_ratios(frame: Frame, results: xr.Dataset, *, has_gravity: bo
         "units": "1",
     }
     return found
+
+
+def _includes_gravity(results: xr.Dataset) -> bool:
+    """Return whether the forces of a static analysis include those under the gravity loads of the tables."""
+    if INCLUDES_GRAVITY not in results.attrs:
+        raise ValueError(
+            f"demand_capacity: the attribute {INCLUDES_GRAVITY!r} of the results is missing, such as after a sum of "
+            "two results, so that it is unknown whether gravity must be added: give gravity=False, or set "
+            f"results.attrs[{INCLUDES_GRAVITY!r}] to 1 or 0"
+        )
+    return bool(results.attrs[INCLUDES_GRAVITY])
 
 
 def _peaks(frame: Frame, results: xr.Dataset) -> dict[str, xr.DataArray]:

@@ -82,9 +82,15 @@ class Kinds:
             found |= own
         return found, unknown
 
-    def unit_problem(self, demand: str, dim: str) -> str | None:
-        """Return why the largest value of a demand along a dimension is meaningless; None if all units are equal."""
-        own = self.of_building(dim)
+    def unit_problem(self, demand: str, dim: str, *, added_storeys: bool = False) -> str | None:
+        """Return why the largest value of a demand along a dimension is meaningless; None if all units are equal.
+
+        Args:
+            demand: Name of the demand.
+            dim: Name of the dimension of its places.
+            added_storeys: Whether the places in the groups ADDED_GROUPS count.
+        """
+        own = np.ones_like(self.of_building(dim)) if added_storeys else self.of_building(dim)
         if dim == "output":
             units = [unit or "an unknown unit" for unit in self.output_units]
         else:

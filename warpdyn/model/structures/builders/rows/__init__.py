@@ -1,0 +1,1 @@
+"""Builders of structures whose parts collide: buildings in a row, and bridges with gaps."""
