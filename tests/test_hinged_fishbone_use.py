@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from frame_cases import fishbone, portal
-from test_hinged_fishbone import HEIGHTS, motion, reference_model, steel
+from hinge_cases import HEIGHTS, motion, reference_model, steel
 
 import warpdyn as wd
 

@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from hinge_cases import reference_model
 from law_rows import forces_of, rules_of
 
 import warpdyn as wd
@@ -336,6 +337,10 @@ def plans():
     # Equal storeys, of which threads of a GPU share a sample, and one evaluation of the forces per step.
     for method in ("rk4", "stoermer"):
         yield plan_of(TWISTING, dynamics_of(TWISTING), method, "float32", is_gpu=False)
+    # Massless rotations of a fish-bone frame with hinges.
+    for method in ("rk4", "stoermer"):
+        hinged = wd.Scene(reference_model(drift_capacity=0.1), TWISTING.excitation, recorders=("spring", "residual"))
+        yield plan_of(hinged, dynamics_of(hinged), method, "float32", is_gpu=False)
     # Collapses in groups of steps.
     yield replace(PLAIN, method="stoermer", recorders=("drift",), undivided=True)
 

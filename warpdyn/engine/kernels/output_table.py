@@ -35,7 +35,7 @@ COLLAPSE_OF_SPRINGS = {  # `lumped/spring_collapse.py`
         is_whole=True,
     ),
 }
-OF_ROTATIONS = {  # `lumped/column_line.py`
+OF_ROTATIONS = {  # `stepping/column_line.py`
     "spring_without_equilibrium": Variable(
         (),
         "1",

@@ -43,7 +43,7 @@ OF_COLUMN_LINE: dict[str, tuple[str, ...]] = {
         "",
         "i memory c",
     ),
-    "judge_balance": ("kernel", "Decide for each lane how its search goes on.", "solution", "seeking"),
+    "judge_balance": ("kernel", "Decide for each lane whether its search continues.", "solution", "seeking"),
     "eliminate_joints": ("kernel", "Solve the tridiagonal system of the rotations of joints."),
     "correct_turns": ("kernel", "Correct the rotations of joints and ends of members."),
     "end_balance": ("kernel", "After the search for rotations.", "", "i deformation"),

@@ -74,9 +74,27 @@ class HingedFishbone(ReducedFrame):
         TypeError: If `frame` is not a Frame.
 
     Example:
-        >>> hinges = {("C1", "start"): {"law": "bilinear", "yield_force": 5e5, "hardening_ratio": 0.02}}
-        >>> wd.HingedFishbone(bone, hinges, damping="modal", damping_ratio=0.02).hinge_names
+        A storey with a hinge at the base of its column line.
+
+        >>> nodes = {"J0": (0.0, 0.0), "J1": (0.0, 4.0), "R1": (3.0, 4.0)}  # x, y [m]
+        >>> springs = {"spring_start": 3e8}  # N m/rad
+        >>> column = {"start": "J0", "end": "J1", "section": "column", **springs}
+        >>> members = {"C1": column, "B1": ("J1", "R1", "beam")}
+        >>> bone = wd.Frame(
+        ...     nodes,
+        ...     members,
+        ...     sections,
+        ...     supports={"J0": "fixed", "J1": "roller", "R1": "roller"},
+        ...     diaphragms={"floor": ["J1", "R1"]},
+        ...     masses={"floor": 35e3},  # kg
+        ... )
+        >>> hinges = {("C1", "start"): {"law": "bilinear", "yield_force": 2e5, "hardening_ratio": 0.02}}
+        >>> structure = wd.HingedFishbone(bone, hinges, damping="modal", damping_ratio=0.02)
+        >>> structure.hinge_names
         ('C1 start',)
+        >>> run = wd.simulate(wd.Scene(structure, wd.Cloud(motions), recorders=("spring",)), device="cpu")
+        >>> run["peak_spring_force"].sel(spring="C1 start").dims
+        ('sample',)
     """
 
     def __init__(
@@ -97,8 +115,8 @@ class HingedFishbone(ReducedFrame):
         self.hinges = checked_hinges(frame, self.line, hinges)
         if tuple(outputs) not in ((), ("drift",)):
             raise ValueError(
-                f"outputs of a HingedFishbone are ('drift',) or (), got {outputs!r}: recorder 'spring' has storey shears "
-                "and moments of hinges"
+                f"outputs of a HingedFishbone are ('drift',) or (), got {outputs!r}: recorder 'spring' has storey "
+                "shears and moments of hinges"
             )
         super().__init__(
             frame,
