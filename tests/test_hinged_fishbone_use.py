@@ -50,13 +50,17 @@ def test_energy_is_refused():
         wd.Scene(reference_model(), wd.Cloud([motion("pulse_1", 1)]), **scene_of)
 
 
-def test_strong_hinges_equal_the_elastic_frame():
+@pytest.mark.parametrize("kind", ["none", "rayleigh", "modal"])
+def test_strong_hinges_equal_the_elastic_frame(kind):
     frame = fishbone()
-    structure = wd.HingedFishbone(frame, {("C1", "start"): HINGE | {"yield_force": 1e9}})
+    damping = {"damping": kind, "damping_ratio": 0.03} if kind != "none" else {}
+    structure = wd.HingedFishbone(frame, {("C1", "start"): HINGE | {"yield_force": 1e9}}, **damping)
     motions = wd.Cloud([motion("pulse_1", 1.0)])
     settings = {"device": "cpu", "method": "rk4", "step": 0.01, "dtype": "float64"}
     found = wd.simulate(wd.Scene(structure, motions, recorders=("spring", "output")), **settings)
-    elastic = wd.simulate(wd.Scene(frame.lumped(p_delta=True), motions, recorders=("spring", "output")), **settings)
+    elastic = wd.simulate(
+        wd.Scene(frame.lumped(p_delta=True, **damping), motions, recorders=("spring", "output")), **settings
+    )
     both = [each["peak_spring_deformation"].values[:, :10] for each in (found, elastic)]
     np.testing.assert_allclose(*both, rtol=1e-9)
     both = [each["peak_output"].sel(output="drift 4").values for each in (found, elastic)]
