@@ -76,7 +76,7 @@ class HingedFishbone(ReducedFrame):
     Example:
         A storey with a hinge at the base of its column line.
 
-        >>> nodes = {"J0": (0.0, 0.0), "J1": (0.0, 4.0), "R1": (3.0, 4.0)}  # x, y [m]
+        >>> nodes = {"J0": (0.0, 0.0), "J1": {"x": 0.0, "y": 4.0, "gravity_load": 3.4e5}, "R1": (3.0, 4.0)}  # m, N
         >>> springs = {"spring_start": 3e8}  # N m/rad
         >>> column = {"start": "J0", "end": "J1", "section": "column", **springs}
         >>> members = {"C1": column, "B1": ("J1", "R1", "beam")}
@@ -92,8 +92,8 @@ class HingedFishbone(ReducedFrame):
         >>> structure = wd.HingedFishbone(bone, hinges, damping="modal", damping_ratio=0.02)
         >>> structure.hinge_names
         ('C1 start',)
-        >>> run = wd.simulate(wd.Scene(structure, wd.Cloud(motions), recorders=("spring",)), device="cpu")
-        >>> run["peak_spring_force"].sel(spring="C1 start").dims
+        >>> scene = wd.Scene(structure, wd.Cloud(motions), recorders=("spring",))
+        >>> wd.simulate(scene, device="cpu")["peak_spring_force"].sel(spring="C1 start").dims
         ('sample',)
     """
 
