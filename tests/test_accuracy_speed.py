@@ -166,8 +166,9 @@ def test_a_failed_sample_is_an_infinite_error() -> None:
 @pytest.mark.fast
 def test_every_method_has_a_colour_and_a_marker() -> None:
     registry = importlib.import_module("warpdyn.engine.methods.table").METHODS
-    assert sorted(figures.LOOKS) == sorted(registry)
-    assert len(set(figures.LOOKS.values())) == len(registry)
+    charted = set(registry) - {"leapfrog"}  # a method of lumped structures; the study has none
+    assert set(figures.LOOKS) == charted
+    assert len(set(figures.LOOKS.values())) == len(charted)
 
 
 def test_file_and_figures_are_written(result: xr.Dataset, tmp_path: Path) -> None:

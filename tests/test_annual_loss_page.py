@@ -50,7 +50,7 @@ def test_rates_and_losses_follow_from_curves_hazard_and_costs(page: RunPage) -> 
         assert abs(float(share) - 100 * -np.expm1(-50 * expected)) < 0.005 + 1e-4
 
     expected = 1e6 * (-np.diff(rate, append=0.0) @ LOSS_RATIOS)
-    best, lower, upper = map(float, re.search(r"loss: (\d+) \((\d+) to (\d+)\)", page.printed).groups())
+    best, lower, upper = map(float, re.search(r"loss: (\d+) USD \((\d+) to (\d+)\)", page.printed).groups())
     assert abs(best - expected) < 0.5 + 1e-4 * expected  # printed to 1
     assert lower < best < upper
     # From the table of the vulnerability, which is linear between its intensities.

@@ -367,8 +367,8 @@ for name, (call, told) in NO_BUILDING.items():
         WRONG_TYPES[f"{name} of {type(given).__name__}"] = (functools.partial(call, given), told_of)
 for name, (call, told) in NO_DATASET.items():
     for given in (None, building()):
-        told_of = f"{name}() takes a Dataset, got {type(given).__name__}{told}"
-        WRONG_TYPES[f"{name} of {type(given).__name__}"] = (functools.partial(call, given), told_of)
+        told_of = f"{name}() takes a Dataset, got {type(given).__name__}"
+        WRONG_TYPES[f"{name} of {type(given).__name__}"] = (functools.partial(call, given), told_of, told)
 OTHER_DATASETS = {
     "table of a pushover": (
         lambda: wd.modal_table(xr.Dataset({"period": 1.0})),

@@ -296,7 +296,7 @@ def test_other_tables_are_refused_before_a_file_is_made(name, tmp_path):
     with pytest.raises(ValueError, match=rf"{name}: the name of .*a\.shp must end in {endings}"):
         write(RESULTS, tmp_path / "a.shp")
     with pytest.raises(
-        TypeError, match=rf"{name}\(\) takes a DataFrame, got Dataset; pass the result of building_results"
+        TypeError, match=rf"{name}\(\) takes a DataFrame, got Dataset as results; pass the result of building_results"
     ):
         write(xr.Dataset(), tmp_path / file)
     with pytest.raises(

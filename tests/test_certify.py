@@ -229,7 +229,7 @@ def test_a_wider_bound_needs_a_reason():
 
 
 def test_what_is_not_a_law_is_refused():
-    with pytest.raises(TypeError, match=r"takes a law with its parameters, got .*give an object such as"):
+    with pytest.raises(TypeError, match=r"takes a storey law with its parameters, got .*give an object such as"):
         wd.laws.certify("bilinear")
     with pytest.raises(ValueError, match=r"post_yield_stiffness .*: give certify\(..., stiffness=...\)"):
         wd.laws.certify(wd.laws.LeadRubberBearing(yield_force=1e5, post_yield_stiffness=2e7))

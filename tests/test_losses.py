@@ -1,5 +1,6 @@
 """Losses of a building: Hazus' ratios, vulnerability, expected annual loss, loss exceedance, return periods."""
 
+import re
 import warnings
 
 import matplotlib.pyplot as plt
@@ -321,7 +322,8 @@ def test_what_is_no_dataset_is_refused(name):
     for given in (None, [0.1]):
         with pytest.raises(TypeError) as error:
             call(given)
-        assert f"{name}() takes a Dataset, got {type(given).__name__}; {advice}" in str(error.value)
+        found = rf"{re.escape(name)}\(\) takes a Dataset, got {type(given).__name__}( as \w+)?; {re.escape(advice)}"
+        assert re.search(found, str(error.value))
 
 
 def test_a_function_that_is_cut_off_is_warned_of():

@@ -153,7 +153,10 @@ WITH_PYPLOT = pytest.param("import matplotlib.pyplot as plt", marks=pytest.mark.
 
 @pytest.mark.parametrize("pyplot", ["", WITH_PYPLOT])
 def test_figures_show_once_where_they_are_the_last_line(main_job: tuple[Path, str], pyplot: str) -> None:
-    assert set(FIGURES) == set(wd.plots.__all__) - {"animate"}  # which returns an animation
+    assert set(FIGURES) == set(wd.plots.__all__) - {
+        "animate",
+        "frame",
+    }  # an animation; a figure of a Frame, which has tests of its own
     lines = [
         "import numpy as np, pandas as pd, xarray as xr, warp as wp, warpdyn as wd\n"
         f"wp.config.optimization_level = {wp.config.optimization_level}\n{pyplot}",  # as in other tests

@@ -67,6 +67,8 @@ def test_every_command_is_known_here() -> None:
         "isolation",
         "laws",
         "simcenter",
+        "torsion",
+        "torsional_speed",
     }
     assert sorted(scripts) == sorted(f"studies/{name}.py" for name in names)
     page = (ROOT / "docs/how_to/studies.md").read_text()

@@ -182,7 +182,6 @@ def test_the_fingerprint_is_of_values_and_not_of_their_types():
     plain = digest(step=0.01)
     for alike in (
         {"method": "rk4"},
-        {"dtype": "float32"},
         {"step": np.float64(0.01)},
         {"seed": np.int64(0)},
         {"structures": np.int32(2)},

@@ -157,6 +157,8 @@ def collapse_margin(
             f"the shortest period is {periods.min():g} s, but FEMA P-695 takes periods of at least 0.25 s, also for "
             "the design intensity: give period=np.maximum(period, 0.25) and the design_intensity at this period"
         )
+    if names is not None and (isinstance(names, str) or not isinstance(names, Sequence | np.ndarray)):
+        raise TypeError(f"names must be a list of names, one per archetype, got {names!r}")
     labels = np.arange(1, median.size + 1) if names is None else np.array(list(names), dtype=str)
     if labels.shape != median.shape:
         raise ValueError(

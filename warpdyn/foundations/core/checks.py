@@ -77,12 +77,13 @@ def real_number(
     or xarray without dimensions; see `without_units`.
     """
     value = without_units(what, value, units)
+    is_masked = np.ma.is_masked(value)  # its item is 0
     if getattr(value, "shape", None) == () and hasattr(value, "item"):
         value = value.item()  # Python has integers larger than any float
     bound = f" above {above:g}" if above is not None else f" of at least {least:g}" if least is not None else ""
     number: Any = value  # type checkers do not know the absolute value of a Real
     good = isinstance(value, Real) and not isinstance(value, bool) and abs(number) <= LARGEST_NUMBER
-    if not good or (above is not None and not value > above) or (least is not None and not value >= least):
+    if is_masked or not good or (above is not None and not value > above) or (least is not None and not value >= least):
         raise ValueError(f"{what} must be a finite number{bound}, got {shortened(value)}")
     return float(value)
 

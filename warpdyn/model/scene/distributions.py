@@ -81,8 +81,7 @@ class Lognormal:
             >>> round(wd.Lognormal.from_mean(mean=0.05, cov=0.5).median, 4)
             0.0447
         """
-        real_number("mean", mean, above=0)
-        real_number("cov", cov, least=0)
+        mean, cov = real_number("mean", mean, above=0), real_number("cov", cov, least=0)
         return cls(mean / float(np.sqrt(1 + cov**2)), float(np.sqrt(np.log1p(cov**2))))
 
     def from_standard_normal(self, z: np.ndarray) -> np.ndarray:

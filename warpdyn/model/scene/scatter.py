@@ -131,7 +131,11 @@ def also_of_added_storeys(name: str, structure: Structure) -> str | None:
 
     None: the structure has no added storeys, or only one of both kinds of storeys has the parameter.
     """
-    if not isinstance(structure, ShearBuilding) or structure.own_storeys.all() or not structure.is_by_storey(name):
+    if not structure.is_by_storey(name):
+        return None
+    if not isinstance(structure, ShearBuilding):
+        return _also_of_groups(name, structure)
+    if structure.own_storeys.all():
         return None
     own, has = structure.own_storeys, ~np.isnan(structure.nominal_values[name])
     if not (has[own].any() and has[~own].any()):
@@ -140,6 +144,20 @@ def also_of_added_storeys(name: str, structure: Structure) -> str | None:
     return (
         f"scatter[{name!r}]: one value would replace the values of the building's storeys and those of storey {added} "
         "(isolators or tuned mass damper)"
+    )
+
+
+def _also_of_groups(name: str, structure: Structure) -> str | None:
+    """Return the start of a message if one value would replace those of a building and of equipment, or None."""
+    own, has = structure.varied(name, None), ~np.isnan(structure.nominal_values[name])
+    if own is None or not (has[own].any() and has[~own].any()):
+        return None
+    others = [
+        each for each, is_own in zip(structure.names_along(structure.dim_of(name)), own, strict=True) if not is_own
+    ]
+    return (
+        f"scatter[{name!r}]: one value would replace the values of the building and those of {', '.join(others[:4])} "
+        "(soil, equipment or absorbers)"
     )
 
 
@@ -205,7 +223,7 @@ class RandomValue(RandomScatter):
         if structure.is_scaled:
             return f"scatter[{name!r}]: a matrix can only be scaled; give RandomFactor(...) instead of RandomValue(...)"
         if self.per == "building" and self.only is None and (also := also_of_added_storeys(name, structure)):
-            return f"{also}: give only=, such as only=range(1, 4), to RandomValue"
+            return f"{also}: give only=, such as only=range(1, 4) or only='building', to RandomValue"
         return super().problem(name, structure)
 
     def applied(self, nominal: np.ndarray, drawn: np.ndarray) -> np.ndarray:

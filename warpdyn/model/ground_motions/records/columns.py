@@ -192,6 +192,8 @@ def _table_of(path: str | PathLike, delimiter: str | None, decimal_comma: bool, 
             f"{path}: a record needs at least 2 samples, found 0: give a file with lines of numbers, without words in "
             "them"
         )
+    if header_lines is not None and _is_header(lines[first]):
+        raise ValueError(f"{path}:{first + 1}: a line of words, not of numbers: header_lines= must be larger, or None")
     above = next((line for line in lines[first - 1 :: -1] if line.strip()), "") if first else ""
     mark = delimiter or next((mark for mark in (";" if decimal_comma else ";,") if mark in lines[first]), None)
     mark = None if mark is not None and mark.isspace() and mark != "\t" else mark
@@ -201,8 +203,7 @@ def _table_of(path: str | PathLike, delimiter: str | None, decimal_comma: bool, 
         kept = [i for i in range(first, len(lines)) if not _is_skipped(lines[i])]
         numbers = NumberLines(path, [lines[i] for i in kept], [i + 1 for i in kept], mark)
     if decimal_comma:
-        point = next((i for i, line in enumerate(numbers.lines) if "." in line), None)
-        if point is not None:
+        if (point := next((i for i, line in enumerate(numbers.lines) if "." in line), None)) is not None:
             raise ValueError(
                 f"{numbers.place(point)}: has a decimal point, but decimal_comma is True: remove decimal_comma="
             )

@@ -61,7 +61,7 @@ class LumpedStructure(LumpedMatrices, Structure):
         springs: The springs. A biaxial spring counts as two.
         influence: Displacement of each degree of freedom under a unit displacement of the base [1], {name: value}; for
             several components of base motion a list of such dictionaries. Missing degrees of freedom have 0. None: 1
-            for each degree of freedom (only if all coefficients of springs are 1 or -1).
+            for each degree of freedom (only without rotations and if all coefficients of springs are 1 or -1).
         mass_matrix: Matrix that is added to the masses [kg], symmetric, shape [dof, dof]: an inerter, or the coupling
             between degrees of freedom that are not at the centre of mass. A common random factor on `mass` multiplies
             it, except for the part that is not in `load_mass`.
@@ -156,6 +156,12 @@ class LumpedStructure(LumpedMatrices, Structure):
         self.influence = checked_influence(influence, self.dof_names, directions)
         self.outputs = checked_outputs(outputs, self.dof_names, can_be_zero=self.can_have_zero_outputs)
         self.kinds = kinds_of(self.dof_names, self.springs, self.outputs, rotations, groups, output_units)
+        if influence is None and any(self.kinds.rotating["dof"]):
+            turning = self.dof_names[self.kinds.rotating["dof"].index(True)]
+            raise ValueError(
+                f"influence is missing: {turning!r} is a rotation, which the base motion does not move. Give "
+                "influence=, such as {'x': 1.0}, or rotations=[] if it is a translation"
+            )
         given = dict(zip(MATRICES, (mass_matrix, stiffness_matrix, damping_matrix, geometric_stiffness), strict=True))
         self.matrices: Mapping[str, np.ndarray] = FrozenMapping(
             {

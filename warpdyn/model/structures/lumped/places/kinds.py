@@ -16,8 +16,10 @@ from warpdyn.model.structures.lumped.biaxial_spring import Component
 from warpdyn.model.structures.lumped.names import check_known
 from warpdyn.model.structures.lumped.spring import Spring
 
-# A degree of freedom whose name contains one of these words is a rotation, unless `rotations` is given.
-ROTATION_WORDS = ("theta", "rotation", "rocking", "pitch", "roll", "yaw", "phi", "psi")
+# A degree of freedom whose name contains one of these words, also with the name of an axis, is a rotation, unless
+# `rotations` is given.
+ROTATION = re.compile(r"(theta|rotation|rot|rocking|pitch|roll|yaw|phi|psi|torsion|twist|r(?=[xyz]))[xyz]?")
+WORD = re.compile("[A-Z]?[a-z]+")
 # Units of a translation -> units of a rotation.
 OF_ROTATION = {
     "m": "rad",
@@ -139,7 +141,7 @@ def kinds_of(
     """
     given: dict[str, Any] = {}
     if rotations is None:
-        rotating = {dof for dof in dofs if set(re.findall("[a-z]+", dof.lower())) & {*ROTATION_WORDS}}
+        rotating = {dof for dof in dofs if any(ROTATION.fullmatch(word.lower()) for word in WORD.findall(dof))}
     else:
         rotating = {checked_text("rotations: a name", each) for each in _names_in("rotations", rotations)}
         check_known("rotations", sorted(rotating), dofs)
