@@ -250,3 +250,24 @@ def test_exceedance_probabilities_count_the_building_only():
     assert int(found["exceeding_samples"][0]) == int((storeys > limit).sum()) == 100
     found = wd.exceedance_probability(run, **given, added_storeys=True)
     assert int(found["exceeding_samples"][0]) == int((deformation.max("spring") > limit).sum()) > 150
+
+
+@pytest.mark.fast
+@pytest.mark.parametrize(
+    "name", ["theta", "thetaz", "THETA", "uTheta", "theta_x", "rotX", "rz", "RZ", "PHI2", "torsion"]
+)
+def test_a_rotation_recognised_by_its_name_needs_an_influence(name):
+    springs = [wd.Spring("s", {"u": 1.0}, stiffness=1e7), wd.Spring("r", {name: 1.0}, stiffness=1e8)]
+    with pytest.raises(ValueError, match=f"influence is missing: '{name}' is a rotation"):
+        wd.LumpedStructure({"u": 1e5, name: 5e6}, springs)
+    turning = wd.LumpedStructure({"u": 1e5, name: 5e6}, springs, influence={"u": 1.0})
+    assert turning.influence.tolist() == [[1.0], [0.0]]
+    moving = wd.LumpedStructure({"u": 1e5, name: 5e6}, springs, rotations=[])
+    assert moving.influence.tolist() == [[1.0], [1.0]]
+
+
+@pytest.mark.fast
+@pytest.mark.parametrize("name", ["ux", "roof", "floor2", "r1", "error", "storey"])
+def test_names_of_translations(name):
+    structure = wd.LumpedStructure({name: 1e5}, [wd.Spring("s", {name: 1.0}, stiffness=1e7)])
+    assert structure.influence.tolist() == [[1.0]]

@@ -125,3 +125,11 @@ def test_masses_that_contradict_the_mass_matrix_are_refused():
         wd.simulate(wd.Scene(coupled(), MOTION, {"mass": of_dofs}), structures=3, **SETTINGS)
     with pytest.raises(ValueError, match="the random masses of 'y' and 'theta', which mass_matrix couples"):
         wd.simulate(wd.Scene(coupled(), MOTION, {"mass": wd.RandomFactor(FACTOR, only="y")}), **SETTINGS)
+
+
+@pytest.mark.parametrize("name", ["mass", "stiffness"])
+def test_one_given_value_does_not_replace_those_of_equipment(name):
+    chain = wd.ShearBuilding([1e5, 1e5], 5e7, 3.0, damping="modal", damping_ratio=0.05)
+    both = wd.with_equipment(chain, "u2", 100.0, period=0.3, damping_ratio=0.02)
+    with pytest.raises(ValueError, match=r"of the building and those of equipment.*GivenValues of shape .structure, 3"):
+        wd.Scene(both, MOTION, {name: wd.GivenValues([1e5, 1.2e5])})

@@ -277,7 +277,8 @@ class GivenValues(FrozenArrays, ParameterScatter):
             wanted = f"[structure, {structure.length_of(name)}] or [structure]" if by_storey else "[structure]"
             return f"scatter[{name!r}] lists values of shape {self.values.shape}; it must be {wanted}"
         if self.values.ndim == 1 and (also := also_of_added_storeys(name, structure)):
-            return f"{also}: give GivenValues of shape [structure, {structure.length_of(name)}], one value per storey"
+            shape = f"[structure, {structure.length_of(name)}], one value per {structure.dim_of(name)}"
+            return f"{also}: give GivenValues of shape {shape}"
         missing = np.isnan(self.values).any(axis=0) & ~np.isnan(structure.nominal_values[name])
         for storey in np.flatnonzero(missing):
             return f"scatter[{name!r}] lists nan at storey {storey + 1}, whose law needs {name}"

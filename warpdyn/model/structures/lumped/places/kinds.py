@@ -19,7 +19,7 @@ from warpdyn.model.structures.lumped.spring import Spring
 # A degree of freedom whose name contains one of these words, also with the name of an axis, is a rotation, unless
 # `rotations` is given.
 ROTATION = re.compile(r"(theta|rotation|rot|rocking|pitch|roll|yaw|phi|psi|torsion|twist|r(?=[xyz]))[xyz]?")
-WORD = re.compile("[A-Z]?[a-z]+")
+WORD = re.compile("[A-Z]+(?![a-z])|[A-Z]?[a-z]+")
 # Units of a translation -> units of a rotation.
 OF_ROTATION = {
     "m": "rad",
