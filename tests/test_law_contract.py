@@ -33,6 +33,8 @@ import warpdyn as wd
 from warpdyn import laws
 from warpdyn.campaigns.running.certification.certify import certificate
 from warpdyn.campaigns.running.certification.checks import Checks, path_checks
+from warpdyn.campaigns.running.certification.paths import STEPS
+from warpdyn.campaigns.running.pushover import LONGEST_STEP
 from warpdyn.engine.laws import LAWS
 from warpdyn.engine.laws.springs import spring_row
 
@@ -134,12 +136,17 @@ def test_certificates(name, row):
 
 @EVERY_ROW
 def test_the_public_face_shows_the_same_forces(name, row):
-    building = drawn_building(name, row)
-    found = wd.storey_hysteresis(building, storeys_of(name, row).path())
-    beside = 0.0 if name in LAWS else STIFFNESS * storeys_of(name, row).path()
-    np.testing.assert_allclose(
-        found.storey_force - beside, answers(name, row)["force"], rtol=0, atol=1e-6 * YIELD_FORCE
-    )
+    building, storeys = drawn_building(name, row), storeys_of(name, row)
+    path, expected = storeys.path(), answers(name, row)["force"]
+    if name in LAWS and building.storey_law.forces().has_rate and "yield_force" in building.parameters:
+        # Longer steps than a quarter of the yield drift are divided (test_hysteresis_steps.py), so take shorter ones.
+        yield_drift = building.parameters["yield_force"] / building.parameters["stiffness"]
+        longest = (np.abs(np.diff(path, axis=0)) / yield_drift).max()
+        path = storeys.path(int(np.ceil(STEPS * longest / LONGEST_STEP)) + 1)
+        expected = storeys.answers(path)["force"]
+    found = wd.storey_hysteresis(building, path)
+    beside = 0.0 if name in LAWS else STIFFNESS * path
+    np.testing.assert_allclose(found.storey_force - beside, expected, rtol=0, atol=1e-6 * YIELD_FORCE)
     assert np.isfinite(found.dissipated_energy).all()
 
 

@@ -28,6 +28,8 @@ SHORTENINGS = 40  # most halvings of one correction
 SHORTEST_STEP = 2.0**-10  # as a share of a requested step
 LEAST_STIFFNESS = 1e-6  # as a share of the initial stiffness; a tangent stiffness below it is replaced in a correction
 GIVEN_LOADS = "given"  # name of the pattern if the caller gives floor loads
+# Longest step of a law with a rate [yield drifts], and most such steps of a path of drifts.
+LONGEST_STEP, MOST_STEPS = 0.25, 10_000_000
 
 
 def _spring_and_coefficients(building: ShearBuilding) -> tuple[StoreyRules, np.ndarray]:
@@ -52,6 +54,7 @@ def storey_hysteresis(building: ShearBuilding, drift: ArrayLike) -> xr.Dataset:
     Args:
         building: The building.
         drift: Storey drifts [m], starting from 0. Shape [step]: all storeys have the same drift; or [step, storey].
+            Bouc-Wen and Baber-Noori storeys are integrated in parts of a step of at most 0.25 yield drifts.
 
     Returns:
         `storey_drift` [m], `storey_force` [N] and `dissipated_energy` [J], all of shape [step, storey]. The dissipated
@@ -79,12 +82,39 @@ def storey_hysteresis(building: ShearBuilding, drift: ArrayLike) -> xr.Dataset:
     _warn_of_implausible_path(path / building.parameters["height"])
     spring, coefficients = _spring_and_coefficients(building)
     initialise()  # before Warp starts with the first array
-    arrays: list[wp.array] = [wp.array(np.ascontiguousarray(values), device="cpu") for values in (coefficients, path)]
-    results = [wp.full(path.shape, np.nan, dtype=wp.float64, device="cpu") for _ in range(2)]
+    divided, steps = path, np.arange(len(path))
+    if building.storey_law.forces().has_rate and "yield_force" in building.parameters:
+        divided, steps = _divided(path, building.parameters["yield_force"] / building.parameters["stiffness"])
+    arrays: list[wp.array] = [wp.array(np.ascontiguousarray(each), device="cpu") for each in (coefficients, divided)]
+    results = [wp.full(divided.shape, np.nan, dtype=wp.float64, device="cpu") for _ in range(2)]
     kernel = loaded(storey_path_kernel(spring, "float64"))
     wp.launch(kernel, dim=building.storeys, inputs=arrays, outputs=results, device="cpu")
-    force, dissipated = (result.numpy() for result in results)
+    force, dissipated = (result.numpy()[steps] for result in results)
     return _storey_dataset(building, path, force, dissipated, "forces of storeys at given drifts", "storey_hysteresis")
+
+
+def _divided(path: np.ndarray, yield_drift: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return a path with steps of at most LONGEST_STEP yield drifts, and the places of the given drifts in it.
+
+    Args:
+        path: Storey drifts [m], shape [step, storey]; the path starts from 0.
+        yield_drift: Yield drift of each storey [m]; NaN in storeys whose law has none.
+
+    Raises:
+        ValueError: If the path has more than MOST_STEPS such steps.
+    """
+    moved = np.abs(np.diff(path, axis=0, prepend=0.0)) / yield_drift
+    parts = np.maximum(1, np.ceil(np.nan_to_num(moved).max(axis=1) / LONGEST_STEP))
+    if parts.sum() > MOST_STEPS:
+        raise ValueError(
+            f"drift: the path has {parts.sum() * LONGEST_STEP:.3g} yield drifts, more than "
+            f"{MOST_STEPS * LONGEST_STEP:,.0f}: give drifts in m, or a shorter path"
+        )
+    steps = np.cumsum(parts.astype(int)) - 1
+    before = np.vstack([np.zeros((1, path.shape[1])), path])
+    at = np.arange(int(parts.sum())) + 1.0
+    known = np.concatenate([[0.0], steps + 1.0])
+    return np.stack([np.interp(at, known, drifts) for drifts in before.T], axis=1), steps
 
 
 @suggests_names

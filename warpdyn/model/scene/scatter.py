@@ -152,9 +152,8 @@ def _also_of_groups(name: str, structure: Structure) -> str | None:
     own, has = structure.varied(name, None), ~np.isnan(structure.nominal_values[name])
     if own is None or not (has[own].any() and has[~own].any()):
         return None
-    others = [
-        each for each, is_own in zip(structure.names_along(structure.dim_of(name)), own, strict=True) if not is_own
-    ]
+    names = structure.names_along(structure.dim_of(name)) or ()
+    others = [names[place] for place in np.flatnonzero(~own)]
     return (
         f"scatter[{name!r}]: one value would replace the values of the building and those of {', '.join(others[:4])} "
         "(soil, equipment or absorbers)"
