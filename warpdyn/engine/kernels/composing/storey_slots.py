@@ -36,17 +36,23 @@ OF_EQUAL_STOREYS: dict[str, tuple[str, ...]] = {
 }
 
 OF_COLUMN_LINE: dict[str, tuple[str, ...]] = {
-    "begin_balance": ("kernel", "Begin the search for the rotations of a fish-bone frame."),
-    "unbalance_hinges": (
-        "kernel",
-        "Compute the unbalanced moments and the flexibilities of all hinges.",
+    "tilt_columns": ("kernel", "Change the unbalanced moments of a fish-bone frame with the drifts.", "", "solution"),
+    "factorise_line": ("kernel", "Factorise the linear system of the rotations.", "solution", "i"),
+    "solve_line": ("kernel", "Solve the linear system of the rotations.", "solution"),
+    "turn_all": ("kernel", "Correct all rotations by the first solution.", "solution"),
+    "turn_searching": ("kernel", "Correct the rotations of lanes whose moments do not balance.", "solution"),
+    "follow_hinges": ("kernel", "Evaluate the laws of all hinges.", "solution", "i deformation memory c"),
+    "follow_branches": (
+        "spring",
+        "Evaluate a law with straight branches in all lanes.",
         "",
-        "i memory c",
+        "deformation memory c",
     ),
-    "judge_balance": ("kernel", "Decide for each lane whether its search continues.", "solution", "seeking"),
-    "eliminate_joints": ("kernel", "Solve the tridiagonal system of the rotations of joints."),
-    "correct_turns": ("kernel", "Correct the rotations of joints and ends of members."),
-    "end_balance": ("kernel", "After the search for rotations.", "", "i deformation"),
+    "accept_hinges": ("kernel", "Accept the memory of all hinges.", "", "i z memory c"),
+    "unbalance_line": ("kernel", "Compute all unbalanced moments.", "solution", "i"),
+    "judge_balance": ("kernel", "Decide whether the search for rotations continues.", "solution", "seeking"),
+    "judge_lanes": ("kernel", "Decide for each lane how its search continues.", "solution", "seeking"),
+    "end_balance": ("kernel", "After the search for rotations.", "seeking", "i deformation"),
 }
 
 OF_LUMPED = {

@@ -164,10 +164,15 @@ class HingedFishbone(ReducedFrame):
     @property
     def column_line(self) -> ColumnLine:
         """Places of the hinges along the column line."""
-        return ColumnLine(tuple(self.line_places), is_fixed=base_turn(self.frame, self.line) is True)
+        linear = tuple(place for place in self.line_places if place >= 0 and self.springs[place].law is Elastic)
+        return ColumnLine(tuple(self.line_places), base_turn(self.frame, self.line) is True, linear)
 
     def values_of_line(self, values: Mapping[str, np.ndarray]) -> np.ndarray:
-        """Return bending stiffnesses [N m/rad], inverse heights [1/m] and the base's stiffness, [value, structure]."""
+        """Return the values of the column line, shape [value, structure].
+
+        They are bending stiffnesses [N m/rad] and inverse heights [1/m] of the storeys, the stiffness of the base, and
+        the initial stiffnesses of the hinges.
+        """
         count = len(values["mass"])
         given = [np.atleast_2d(values.get(name, nominal)) for name, nominal in self._sections_by_name.items()]
         sections = Sections(*(np.broadcast_to(each, (count, each.shape[1])) for each in given))
@@ -181,7 +186,8 @@ class HingedFishbone(ReducedFrame):
             rows += [own[:, column], other[:, column], beam_end, height]
         turn = base_turn(self.frame, self.line)
         rows.append(np.full(count, 0.0 if turn is True else float(turn)))
-        return np.stack(rows)
+        of_hinges = np.broadcast_to(values["stiffness"], (count, len(self.springs)))[:, len(self.line) :]
+        return np.concatenate([np.stack(rows), of_hinges.T])
 
     def linear_matrices(self, values: Mapping[str, np.ndarray]) -> np.ndarray:
         """Return 0: the kernel finds the forces of members from the rotations."""
