@@ -216,7 +216,8 @@ def laws_of(structure: LumpedStructure) -> tuple[BuildingLaw, BuildingLaw | None
 def rows_of_laws(structure: LumpedStructure) -> slice | list[int]:
     """Return the springs, other than biaxial ones, whose laws a kernel evaluates.
 
-    Of a fish-bone frame with hinges these are the hinges that are not linear, or the first spring if there are none.
+    Of a fish-bone frame with hinges these are the hinges that are not linear. If all are linear, the first spring is
+    returned.
     """
     line = structure.column_line
     if line is None:

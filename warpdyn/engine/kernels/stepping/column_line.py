@@ -9,7 +9,7 @@ state, whose unbalanced moments differ from those of the stage only by the chang
 one solution and one evaluation of the hinges if no hinge changes its branch. The moments are always checked. If they do
 not balance, `hinge_search.py` continues. The factors of the tridiagonal system are kept until a branch changes.
 
-This file contains the structure: moments, the linear system and its solution; `hinge_laws.py` contains the hinges' laws.
+This file contains the structure: moments, the linear system and its solution. `hinge_laws.py` contains the laws.
 """
 
 order = 5
@@ -171,8 +171,10 @@ def factorise_line():
                 share_of_end[upper_place, j] = lower_factor * inverse
                 far_share[lower_place, j] = soft_below * between
                 far_share[upper_place, j] = soft_above * between
-                lower_pivot += own_stiffness * share_of_end[lower_place, j] - other_stiffness * far_share[upper_place, j]
-                upper_pivot += own_stiffness * share_of_end[upper_place, j] - other_stiffness * far_share[lower_place, j]
+                lower_pivot += own_stiffness * share_of_end[lower_place, j]
+                lower_pivot -= other_stiffness * far_share[upper_place, j]
+                upper_pivot += own_stiffness * share_of_end[upper_place, j]
+                upper_pivot -= other_stiffness * far_share[lower_place, j]
             pivot_inverted = dtype(1.0) / lower_pivot
             if RIGID_BASE:
                 pivot_inverted = wp.where(floor == 0, dtype(0.0), pivot_inverted)

@@ -71,7 +71,7 @@ def declare():
     far_end = row()
     present_share = row()
     moved_share = row()
-    # 1 + the hinge, or the storey below the joint, at the largest unbalanced moment in the first state without equilibrium
+    # 1 + the hinge (or the storey of the joint) at the largest unbalanced moment in the first state without equilibrium
     unsolved = indices()
 
 
