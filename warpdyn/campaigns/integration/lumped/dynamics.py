@@ -91,15 +91,16 @@ class LumpedDynamics(Dynamics):
             if tables[name].is_empty:
                 tables[name] = Table()
         is_damped = "damping_coefficient" in parameters or structure.damping in ("rayleigh", "stiffness_proportional")
+        line = structure.column_line  # its damping acts on floors
         return Pattern(
             deformation=tables.pop("deformation"),
             inverse_mass=tables.pop("inverse_mass"),
             components=structure.components,
-            has_dashpots=is_damped,
+            has_dashpots=is_damped and line is None,
             pairs=structure.pairs,
             biaxial_law=self.biaxial_law,
             resultants=structure.resultants,
-            line=structure.column_line,
+            line=line,
             **tables,
         )
 

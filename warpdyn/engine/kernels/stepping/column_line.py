@@ -44,8 +44,6 @@ def names(plan):
         "JOINTS": storeys + 1,
         "ROTATIONS": line.rows - 1,  # rows of rotations without the last one, which is 0
         "ROTATIONS_OF_STOREY": line.ends_of_storey,
-        "FIRST_KIND": 3 - line.ends_of_storey,
-        "FIRST_FREE": 1 if is_rigid_base else 0,
         "VALUES": VALUES,
         "FIRST_OF_LINE": plan.pattern.first_of_line,
         "GROUND": plan.pattern.first_of_line + VALUES * storeys,
@@ -66,12 +64,11 @@ def declare():
     unbalanced = turn_rows()  # moments
     push = turn_rows()  # correction of the rotations
     slant = matrix()  # drift divided by height, to which the unbalanced moments belong
-    line_force = spring_rows()  # storey shears, then moments of hinges
     stiffness_of_joint = joint_rows()  # of rigid connections
     inverse_pivot = joint_rows()
     passed_on = matrix()  # share of a joint's moment that the joint above takes
     share_of_end = place_rows()  # rotation of a member end per rotation of its joint
-    softness = place_rows()  # flexibility of the hinges; of a half-beam, rotation of its end per moment
+    softness = place_rows()  # flexibility of the hinges of columns; rotation of a half-beam's end per moment
     far_share = place_rows()  # rotation of a column's end per rotation of the joint at the other end
     largest_moment = row()  # of columns of the sample so far
     worst_balance = row()
@@ -132,30 +129,39 @@ def tilt_columns():
 
 def factorise_line():
     factorises = int(0)
-    if solution > 0:  # a lane may use initial stiffnesses
-        factorises = int(1)
-    for place in range(3 * N):
-        i = spring_at(place)
-        if i >= 0:
-            for j in range(LANES):
-                slope_used = wp.where(pace[j] == 3, first_slope[i, j], hinge_slope[i, j])
-                softness[place, j] = dtype(1.0) / slope_used
+    if HINGED_BASE:
+        for j in range(LANES):
+            inverse_pivot[0, j] = wp.where(pace[j] == 3, first_slope[BASE_HINGE, j], hinge_slope[BASE_HINGE, j])
     for j in range(LANES):
-        first_pivot = stiffness_of_joint[0, j]
         if HINGED_BASE:
-            first_pivot += dtype(1.0) / softness[0, j]
-        inverse_pivot[0, j] = first_pivot
+            inverse_pivot[0, j] += stiffness_of_joint[0, j]
+        else:
+            inverse_pivot[0, j] = stiffness_of_joint[0, j]
     for floor in range(N):
         first_value = FIRST_OF_LINE + VALUES * floor
         lower_place = 3 * floor
         upper_place = lower_place + 1
         beam_place = lower_place + 2
+        i = spring_at(beam_place)
+        if i >= 0:
+            for j in range(LANES):
+                slope_used = wp.where(pace[j] == 3, first_slope[i, j], hinge_slope[i, j])
+                inverse_sum = dtype(1.0) / (slope_used + terms[first_value + 2, j])
+                softness[beam_place, j] = inverse_sum
+                share_of_end[beam_place, j] = slope_used * inverse_sum
+        else:
+            for j in range(LANES):
+                share_of_end[beam_place, j] = dtype(1.0)
+        if HINGED_COLUMNS:
+            for place in range(lower_place, beam_place):
+                i = spring_at(place)
+                if i >= 0:
+                    for j in range(LANES):
+                        slope_used = wp.where(pace[j] == 3, first_slope[i, j], hinge_slope[i, j])
+                        softness[place, j] = dtype(1.0) / slope_used
         for j in range(LANES):
-            beam_stiffness = terms[first_value + 2, j]
-            share_of_beam = dtype(1.0) / (dtype(1.0) + softness[beam_place, j] * beam_stiffness)
-            share_of_end[beam_place, j] = share_of_beam
             between = terms[first_value + 1, j]
-            upper_pivot = stiffness_of_joint[floor + 1, j] + beam_stiffness * share_of_beam
+            upper_pivot = stiffness_of_joint[floor + 1, j] + terms[first_value + 2, j] * share_of_end[beam_place, j]
             lower_pivot = inverse_pivot[floor, j]
             if HINGED_COLUMNS:
                 own_stiffness = terms[first_value, j]
@@ -204,6 +210,8 @@ def solve_line():
             push[floor + 1, j] = onto_upper - passed_on[floor, j] * from_below
     for j in range(LANES):
         push[N, j] = push[N, j] * inverse_pivot[N, j]
+        largest_turn[j] = wp.abs(push[N, j])
+        energy_slope[j] = unbalanced[N, j] * push[N, j]
     for down in range(N):
         floor = N - 1 - down
         beam_place = 3 * floor + 2
@@ -212,28 +220,29 @@ def solve_line():
         for j in range(LANES):
             push_above = push[floor + 1, j]
             push_below = push[floor, j] * inverse_pivot[floor, j] - passed_on[floor, j] * push_above
+            push_beam = share_of_end[beam_place, j] * push_above - softness[beam_place, j] * unbalanced[beam_row, j]
             push[floor, j] = push_below
-            of_beam = push_above - softness[beam_place, j] * unbalanced[beam_row, j]
-            push[beam_row, j] = share_of_end[beam_place, j] * of_beam
+            push[beam_row, j] = push_beam
+            largest_turn[j] = larger(larger(largest_turn[j], wp.abs(push_below)), wp.abs(push_beam))
+            energy_slope[j] += unbalanced[floor, j] * push_below + unbalanced[beam_row, j] * push_beam
             if HINGED_COLUMNS:
                 of_lower = push_below - softness[beam_place - 2, j] * unbalanced[end_row, j]
                 of_upper = push_above - softness[beam_place - 1, j] * unbalanced[end_row + 1, j]
-                push[end_row, j] = share_of_end[beam_place - 2, j] * of_lower - far_share[beam_place - 2, j] * of_upper
-                push[end_row + 1, j] = (
-                    share_of_end[beam_place - 1, j] * of_upper - far_share[beam_place - 1, j] * of_lower
-                )
-    for j in range(LANES):
-        largest_turn[j] = dtype(0.0)
-        energy_slope[j] = dtype(0.0)
-    for k in range(ROTATIONS):
-        for j in range(LANES):
-            largest_turn[j] = larger(largest_turn[j], wp.abs(push[k, j]))
-            energy_slope[j] += unbalanced[k, j] * push[k, j]
+                push_lower = share_of_end[beam_place - 2, j] * of_lower - far_share[beam_place - 2, j] * of_upper
+                push_upper = share_of_end[beam_place - 1, j] * of_upper - far_share[beam_place - 1, j] * of_lower
+                push[end_row, j] = push_lower
+                push[end_row + 1, j] = push_upper
+                largest_turn[j] = larger(larger(largest_turn[j], wp.abs(push_lower)), wp.abs(push_upper))
+                energy_slope[j] += unbalanced[end_row, j] * push_lower + unbalanced[end_row + 1, j] * push_upper
 
 
 def unbalance_line():
     for j in range(LANES):
+        worst_balance[j] = dtype(0.0)
         unbalanced[0, j] = terms[GROUND, j] * turn[0, j]
+    if HINGED_BASE:
+        for j in range(LANES):
+            unbalanced[0, j] += spring_force[BASE_HINGE, j]
     for floor in range(N):
         first_value = FIRST_OF_LINE + VALUES * floor
         end_row = JOINTS + ROTATIONS_OF_STOREY * floor
@@ -243,6 +252,17 @@ def unbalance_line():
         if HINGED_COLUMNS:
             lower_row = end_row
             upper_row = end_row + 1
+        # Moments that the ends of the half-beam and of the column exert on hinges or joints.
+        i = spring_at(3 * floor + 2)
+        if i >= 0:
+            for j in range(LANES):
+                left_moment = terms[first_value + 2, j] * turn[beam_row, j] + spring_force[i, j]
+                unbalanced[beam_row, j] = left_moment
+                unbalanced[floor + 1, j] = -spring_force[i, j]
+                worst_balance[j] = larger(worst_balance[j], wp.abs(left_moment))
+        else:
+            for j in range(LANES):
+                unbalanced[floor + 1, j] = terms[first_value + 2, j] * turn[beam_row, j]
         for j in range(LANES):
             own_stiffness = terms[first_value, j]
             other_stiffness = terms[first_value + 1, j]
@@ -250,39 +270,42 @@ def unbalance_line():
             turn_above = turn[upper_row, j] - slant[floor, j]
             moment_below = own_stiffness * turn_below + other_stiffness * turn_above
             moment_above = own_stiffness * turn_above + other_stiffness * turn_below
-            line_force[floor, j] = -(moment_below + moment_above) * terms[first_value + 3, j]
-            largest_moment[j] = larger(largest_moment[j], wp.abs(moment_below))
-            largest_moment[j] = larger(largest_moment[j], wp.abs(moment_above))
-            unbalanced[beam_row, j] = terms[first_value + 2, j] * turn[beam_row, j]
+            spring_force[floor, j] = -(moment_below + moment_above) * terms[first_value + 3, j]
+            largest_moment[j] = larger(larger(largest_moment[j], wp.abs(moment_below)), wp.abs(moment_above))
             if HINGED_COLUMNS:
                 unbalanced[end_row, j] = moment_below
                 unbalanced[end_row + 1, j] = moment_above
-                unbalanced[floor + 1, j] = dtype(0.0)
             else:
-                unbalanced[floor, j] += moment_below
-                unbalanced[floor + 1, j] = moment_above
-        for kind in range(FIRST_KIND, 3):
-            member_row = end_row + kind - FIRST_KIND
-            joint = floor + wp.min(kind, 1)
-            i = spring_at(3 * floor + kind)
-            if i >= 0:
-                for j in range(LANES):
-                    unbalanced[member_row, j] += line_force[i, j]
-                    unbalanced[joint, j] -= line_force[i, j]
-            else:
-                for j in range(LANES):
-                    unbalanced[joint, j] += unbalanced[member_row, j]
-                    unbalanced[member_row, j] = dtype(0.0)
+                left_moment = unbalanced[floor, j] + moment_below
+                if RIGID_BASE:
+                    left_moment = wp.where(floor == 0, dtype(0.0), left_moment)
+                unbalanced[floor, j] = left_moment
+                unbalanced[floor + 1, j] += moment_above
+                worst_balance[j] = larger(worst_balance[j], wp.abs(left_moment))
+        if HINGED_COLUMNS:
+            for kind in range(2):
+                member_row = end_row + kind
+                joint = floor + kind
+                i = spring_at(3 * floor + kind)
+                if i >= 0:
+                    for j in range(LANES):
+                        left_moment = unbalanced[member_row, j] + spring_force[i, j]
+                        unbalanced[member_row, j] = left_moment
+                        unbalanced[joint, j] -= spring_force[i, j]
+                        worst_balance[j] = larger(worst_balance[j], wp.abs(left_moment))
+                else:
+                    for j in range(LANES):
+                        unbalanced[joint, j] += unbalanced[member_row, j]
+                        unbalanced[member_row, j] = dtype(0.0)
+            for j in range(LANES):
+                left_moment = unbalanced[floor, j]
+                if RIGID_BASE:
+                    left_moment = wp.where(floor == 0, dtype(0.0), left_moment)
+                    unbalanced[floor, j] = left_moment
+                worst_balance[j] = larger(worst_balance[j], wp.abs(left_moment))
     for j in range(LANES):
-        worst_balance[j] = dtype(0.0)
-        if HINGED_BASE:
-            unbalanced[0, j] += line_force[BASE_HINGE, j]
-        if RIGID_BASE:
-            unbalanced[0, j] = dtype(0.0)
-    for k in range(FIRST_FREE, ROTATIONS):
-        for j in range(LANES):
-            worst_balance[j] = larger(worst_balance[j], wp.abs(unbalanced[k, j]))
+        worst_balance[j] = larger(worst_balance[j], wp.abs(unbalanced[N, j]))
 
 
 def restore():
-    f = line_force[i, j]
+    f = spring_force[i, j]

@@ -8,7 +8,7 @@ from warpdyn.engine.laws.springs import spring_row
 
 order = 5
 
-BORROWS = {"column_line": ("turn", "line_force", "factorises")}
+BORROWS = {"column_line": ("turn", "factorises")}
 LEAST_SLOPE = 1e-9  # of the initial stiffness of a hinge, in the matrix only
 
 
@@ -55,7 +55,6 @@ def declare():
     hinge_slope = spring_rows()
     memory_then = memories()  # of the last evaluation
     has_left = indices()  # whether a hinge leaves its branch
-    trial_moment = row()
     trial_slope = row()
     changed_branch = row()  # largest change of a slope
 
@@ -73,23 +72,25 @@ def follow_hinges():
         i = hinge_spring(hinge)
         end_of_hinge = hinge_end(hinge)
         joint_of_hinge = hinge_joint(hinge)
-        for j in range(LANES):
-            deformation[i, j] = turn[end_of_hinge, j] - turn[joint_of_hinge, j]
         if HAS_BRANCHES:
-            slot("follow_branches")
-        else:
             for j in range(LANES):
+                deformation[i, j] = turn[end_of_hinge, j] - turn[joint_of_hinge, j]
+            slot("follow_branches")
+        for j in range(LANES):
+            if HAS_BRANCHES:
+                slope_now = trial_slope[j]
+            else:
                 slot("storey_coefficients")
                 slot("accepted_memory")
-                after = mapped_memory(deformation[i, j], memory, c) if IS_MAPPING else memory
-                trial_moment[j] = followed_of(deformation[i, j], after, c)
-                trial_slope[j] = tangent_of(deformation[i, j], dtype(0.0), memory, after, c)
+                rotation = turn[end_of_hinge, j] - turn[joint_of_hinge, j]
+                deformation[i, j] = rotation
+                after = mapped_memory(rotation, memory, c) if IS_MAPPING else memory
+                spring_force[i, j] = followed_of(rotation, after, c)
+                slope_now = tangent_of(rotation, dtype(0.0), memory, after, c)
                 for m in range(M):
                     memory_then[i * M + m, j] = after[m]
-        for j in range(LANES):
-            line_force[i, j] = trial_moment[j]
             least = least_slope * first_slope[i, j]
-            slope_now = wp.where(wp.abs(trial_slope[j]) < least, least, trial_slope[j])
+            slope_now = wp.where(wp.abs(slope_now) < least, least, slope_now)
             changed_branch[j] = larger(changed_branch[j], wp.abs(slope_now - hinge_slope[i, j]))
             hinge_slope[i, j] = slope_now
     for hinge in range(HINGES, HINGES + LINEAR_HINGES):
@@ -97,10 +98,14 @@ def follow_hinges():
         end_of_hinge = hinge_end(hinge)
         joint_of_hinge = hinge_joint(hinge)
         for j in range(LANES):
-            deformation[i, j] = turn[end_of_hinge, j] - turn[joint_of_hinge, j]
-            line_force[i, j] = first_slope[i, j] * deformation[i, j]
+            rotation = turn[end_of_hinge, j] - turn[joint_of_hinge, j]
+            deformation[i, j] = rotation
+            spring_force[i, j] = first_slope[i, j] * rotation
+    changes = int(0)
     for j in range(LANES):
-        factorises = wp.where(changed_branch[j] == dtype(0.0), factorises, 1)
+        changes += wp.where(changed_branch[j] == dtype(0.0), 0, 1)
+    if changes > 0:
+        factorises = int(1)
 
 
 def follow_branches():
@@ -111,7 +116,7 @@ def follow_branches():
         has_left[j] = wp.where(leaves_line(deformation[i, j], memory, c), 1, 0)
         leaving += has_left[j]
         after = memory_on_line(deformation[i, j], memory, c)
-        trial_moment[j] = held_of(deformation[i, j], after, c)
+        spring_force[i, j] = held_of(deformation[i, j], after, c)
         trial_slope[j] = tangent_on_line(deformation[i, j], memory, c)
     if leaving > 0:
         for j in range(LANES):
@@ -119,7 +124,7 @@ def follow_branches():
                 slot("storey_coefficients")
                 slot("accepted_memory")
                 after = mapped_memory(deformation[i, j], memory, c)
-                trial_moment[j] = held_of(deformation[i, j], after, c)
+                spring_force[i, j] = held_of(deformation[i, j], after, c)
                 trial_slope[j] = tangent_of(deformation[i, j], dtype(0.0), memory, after, c)
 
 

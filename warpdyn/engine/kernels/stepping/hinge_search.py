@@ -2,7 +2,7 @@
 
 Newton's method ends only if all moments balance. Three guards keep it safe: a rotation changes by at most MOST_TURN in
 an iteration; a step beyond the minimum of energy along its direction is shortened (false position); and if
-NEWTON_SOLUTIONS were not sufficient, the search starts again from the rotations of the accepted state with the initial
+NEWTON_SOLUTIONS were not sufficient, the search starts again from the rotations before it with the initial
 stiffness of all hinges, over-relaxed, which is the fixed-point iteration on plastic rotations. A sample without a
 solution has the status not_converged.
 """
@@ -19,6 +19,7 @@ BORROWS = {
         "worst_balance",
         "energy_slope",
         "has_begun",
+        "factorises",
     )
 }
 
@@ -60,7 +61,7 @@ def names(plan):
 
 
 def declare():
-    turn_then = turn_rows()  # of the accepted state
+    turn_then = turn_rows()  # before the search
     turn_change = turn_rows()  # direction of the last correction
     pace = indices()  # of a lane's search: 0 finished, 1 Newton's method, 2 shortens the last correction, 3 fallback
     start_slope = row()  # unbalanced moments times the last correction: at its start, at the present point,
@@ -127,13 +128,16 @@ def judge_lanes():
         for k in range(ROTATIONS):
             for j in range(LANES):
                 turn_change[k, j] = push[k, j]
+                turn_then[k, j] = turn[k, j] - moved_share[j] * push[k, j]
     for j in range(LANES):
         present_slope[j] = dtype(0.0)
     for k in range(ROTATIONS):
         for j in range(LANES):
             present_slope[j] += unbalanced[k, j] * turn_change[k, j]
     seeking = int(0)
+    falling = int(0)
     for j in range(LANES):
+        falling += wp.where(pace[j] > 2, 1, 0)
         is_done = worst_balance[j] <= balance * largest_moment[j] or not (worst_balance[j] <= most_moment)
         rises = start_slope[j] * present_slope[j] < dtype(0.0)
         is_beyond = rises and wp.abs(present_slope[j]) > dtype(0.5) * wp.abs(start_slope[j])
@@ -150,7 +154,10 @@ def judge_lanes():
         pace_next = wp.where(begins, 2, wp.where(ends, 1, pace[j]))
         falls_back = solution == NEWTON_SOLUTIONS and pace_next > 0 and pace_next < 3
         pace[j] = wp.where(is_done, 0, wp.where(falls_back, 4, pace_next))
+        falling += wp.where(pace[j] > 2, 1, 0)
         seeking += pace[j]
+    if falling > 0:  # the next solution uses other stiffnesses than those of the branches
+        factorises = int(1)
 
 
 def end_balance():
@@ -158,16 +165,10 @@ def end_balance():
         for j in range(LANES):
             if pace[j] > 0 and unsolved[j] == 0:
                 worst_turn = int(0)
-                for k in range(FIRST_FREE, ROTATIONS):
+                for k in range(1, ROTATIONS):
                     if wp.abs(unbalanced[k, j]) > wp.abs(unbalanced[worst_turn, j]):
                         worst_turn = k
                 unsolved[j] = spring_of_turn(worst_turn) + 1
-
-
-def end_step():
-    for k in range(ROTATIONS):
-        for j in range(LANES):
-            turn_then[k, j] = turn[k, j]
 
 
 def judge_state():
