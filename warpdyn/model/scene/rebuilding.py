@@ -49,7 +49,10 @@ SCENE_KEYS = (
     *("tail", "record_from", "title"),
 )
 ARCHETYPE_KEYS = ("structure", "count", "scatter", "correlation")
-LUMPED_CHOICES = ("damping", "damping_ratio", "outputs", "rotations", "groups", "output_units", "is_machine")
+LUMPED_CHOICES = (
+    *("damping", "damping_ratio", "outputs", "rotations", "groups", "output_units", "is_machine"),
+    *("storey_height", "storey_springs"),
+)
 BUILDING_KEYS = ("law", "damping", "mass", "stiffness", "height")
 
 

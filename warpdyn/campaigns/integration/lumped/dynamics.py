@@ -98,6 +98,7 @@ class LumpedDynamics(Dynamics):
             pairs=structure.pairs,
             biaxial_law=self.biaxial_law,
             resultants=structure.resultants,
+            storeys=structure.storey_springs,
             **tables,
         )
 
@@ -188,6 +189,8 @@ class LumpedDynamics(Dynamics):
             "coefficients": coefficients if len(coefficients) else np.zeros((1, structures)),
             "terms": whole if len(whole) else np.zeros((1, structures)),
         }
+        if "height" in parameters:
+            packed["inverse_height"] = 1 / parameters["height"].T
         if self.has_drift_capacity:
             with np.errstate(invalid="ignore"):
                 packed["inverse_drift_capacity"] = np.nan_to_num(1 / parameters["deformation_capacity"].T)

@@ -79,6 +79,7 @@ class Pattern:
         pairs: Number of biaxial springs; the deformations of their components are the last rows of `deformation`.
         biaxial_law: Device functions of the biaxial springs; None without such springs.
         resultants: For each output the places of its other rows; () for an output that is not a resultant.
+        storeys: For each storey the places of the springs whose deformations are its drift; () without storeys.
     """
 
     deformation: Table
@@ -95,6 +96,7 @@ class Pattern:
     pairs: int = 0
     biaxial_law: StoreyRules | None = None
     resultants: tuple[tuple[int, ...], ...] = ()
+    storeys: tuple[tuple[int, ...], ...] = ()
 
     @property
     def springs(self) -> int:

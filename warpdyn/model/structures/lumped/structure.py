@@ -26,10 +26,11 @@ from warpdyn.model.structures.lumped.names import (
     checked_outputs,
 )
 from warpdyn.model.structures.lumped.places.kinds import kinds_of
+from warpdyn.model.structures.lumped.places.storeys import Storeys, checked_storeys
 from warpdyn.model.structures.lumped.places.spring_values import checked_springs, parameters_of_springs, spring_values
 from warpdyn.model.structures.lumped.spring import Spring
 from warpdyn.model.structures.modal import modal_properties
-from warpdyn.model.structures.structure import Structure
+from warpdyn.model.structures.structure import Structure, count_along
 
 MOST_DOFS = 64
 LEAST_OF_STIFFNESS = 1e-13  # least squared frequency of a structure that cannot move freely, over the highest one
@@ -90,6 +91,10 @@ class LumpedStructure(LumpedMatrices, Structure):
         output_units: Units of the outputs, {name: unit}, such as "m"; `fragility` compares outputs of one unit only.
         is_machine: Whether the structure is a vehicle or a machine. It has no warnings about values that are unusual
             for buildings and earthquakes, and no parameter `incidence_angle`.
+        storey_height: Storey heights from the ground up [m], one value or shape [storey]; needs `storey_springs`.
+        storey_springs: Springs of each storey, from the ground up: a name or a list of names per storey. The drift of a
+            storey is the largest deformation of its springs (recorder "drift"); Scene(collapse_drift_ratio=...) and
+            portfolios need it. None: no storeys.
 
     Raises:
         ValueError: If a name is unknown or given twice, a degree of freedom has no mass, a matrix has a wrong shape, is
@@ -122,6 +127,7 @@ class LumpedStructure(LumpedMatrices, Structure):
     demand = "spring"
     devices = ()
     can_have_zero_outputs = False
+    storey_springs: Storeys = ()  # places of the springs of each storey
 
     def __init__(
         self,
@@ -142,6 +148,8 @@ class LumpedStructure(LumpedMatrices, Structure):
         groups: Mapping[str, Sequence[str]] | None = None,
         output_units: Mapping[str, str] | None = None,
         is_machine: bool = False,
+        storey_height: ArrayLike | None = None,
+        storey_springs: Sequence[str | Sequence[str]] | None = None,
     ) -> None:
         if true_or_false("is_machine", is_machine):  # otherwise the class attribute
             self.is_machine = True
@@ -186,6 +194,9 @@ class LumpedStructure(LumpedMatrices, Structure):
             arrays["damping_ratio"] = np.array(real_number("damping_ratio", damping_ratio))
         if self.components > 1 and not self.is_machine:
             arrays[INCIDENCE] = np.array(0.0)
+        if storey_height is not None or storey_springs is not None:
+            names, rotating = self.names_along("spring"), self.kinds.rotating["spring"]
+            arrays["height"], self.storey_springs = checked_storeys(storey_height, storey_springs, names, rotating)
         self.parameter_table: Mapping[str, Parameter] = FrozenMapping(parameters_of_springs(self.storey_law, arrays))
         for name in OF_STRUCTURE:
             problem = name in arrays and self.parameter_table[name].first_violation(name, arrays[name], ())
@@ -201,7 +212,9 @@ class LumpedStructure(LumpedMatrices, Structure):
         return problem or self._pair_problem(values) or self.storey_law.problem(of_springs_only(values))
 
     def scatter_problem(self, name: str, *, is_common_factor: bool) -> str | None:
-        """Return why a factor cannot change the angle of incidence; None for other parameters."""
+        """Return why heights are not random, or why a factor cannot change the angle of incidence; otherwise None."""
+        if name == "height":
+            return "the storey heights of a lumped structure cannot be random: remove height"
         return FACTOR_OF_ZERO.format(name, "0, 2 * np.pi") if is_common_factor and name == INCIDENCE else None
 
     def _pair_problem(self, values: Mapping[str, np.ndarray]) -> str | None:
@@ -275,8 +288,13 @@ class LumpedStructure(LumpedMatrices, Structure):
 
     @property
     def lacking(self) -> tuple[str, ...]:
-        """Recorders that the structure cannot have: "output" without outputs."""
-        return () if self.outputs else ("output",)
+        """Recorders that the structure cannot have: "output" without outputs, "drift" without storeys."""
+        return (() if self.outputs else ("output",)) + (() if self.storey_springs else ("drift",))
+
+    @property
+    def storeys(self) -> int:
+        """Number of storeys; 0 if the structure has no storeys."""
+        return len(self.storey_springs)
 
     @property
     def nominal_values(self) -> Mapping[str, np.ndarray]:
@@ -288,15 +306,18 @@ class LumpedStructure(LumpedMatrices, Structure):
         return name not in OF_STRUCTURE
 
     def dim_of(self, name: str) -> str:
-        """Return the dimension of a parameter's values: "dof" or "spring"."""
-        return "dof" if name in OF_DOFS else "spring"
+        """Return the dimension of a parameter's values: "dof", "storey" or "spring"."""
+        return "dof" if name in OF_DOFS else "storey" if name == "height" else "spring"
 
     def length_along(self, dim: str) -> int:
-        """Return the number of degrees of freedom ("dof"), springs or outputs."""
-        return {"spring": len(self.springs), "output": len(self.outputs)}.get(dim, self.dofs)
+        """Return the number of degrees of freedom ("dof"), springs, outputs or storeys."""
+        lengths = {"spring": len(self.springs), "output": len(self.outputs), "storey": self.storeys}
+        return lengths.get(dim, self.dofs)
 
     def names_along(self, dim: str) -> tuple[str, ...]:
-        """Return the names of the degrees of freedom ("dof") or of the springs."""
+        """Return the names of the degrees of freedom ("dof"), springs or storeys (numbers, from the ground up)."""
+        if dim == "storey":
+            return tuple(str(storey + 1) for storey in range(self.storeys))
         return self.dof_names if dim == "dof" else tuple(spring.name for spring in self.springs)
 
     def varied(self, name: str, only: tuple[str, ...] | tuple[int, ...] | None) -> np.ndarray | None:
@@ -341,6 +362,10 @@ class LumpedStructure(LumpedMatrices, Structure):
         found |= {name: matrix.tolist() for name, matrix in self.matrices.items()}
         found |= {} if self.load_mass is None else {"load_mass": self.load_mass.tolist()}
         found |= {**self.kinds.given} | ({"is_machine": True} if self.is_machine else {})
+        if self.storey_springs:
+            names = self.names_along("spring")
+            found |= {"storey_height": self.parameters["height"].tolist()}
+            found |= {"storey_springs": [[names[place] for place in own] for own in self.storey_springs]}
         return found | ({"written_laws": texts} if (texts := self.storey_law.written) else {})
 
     def told(self) -> list[tuple[object, ...]]:
@@ -354,6 +379,8 @@ class LumpedStructure(LumpedMatrices, Structure):
         found["spring"] = ("spring", names, {"long_name": "spring"})
         if self.outputs and "output" in recorders:
             found["output"] = ("output", np.array(list(self.outputs)), {"long_name": "output"})
+        if "drift" in recorders:
+            found["storey"] = count_along("storey", self.storeys, "storey, from the ground up")
         return found | self.kinds.coordinates(found)
 
     def units_along(self, dims: tuple[str, ...], units: str) -> str:
