@@ -77,6 +77,11 @@ def scenes_of(scene: Scene) -> dict[str, Scene]:
     scenes = {}
     for name, archetype in portfolio_of(scene).archetypes.items():
         with named(name):
+            if isinstance(archetype.building, LumpedStructure) and scene.recorders != ("drift",):
+                raise ValueError(
+                    "a portfolio with lumped structures records storey drifts only, because shear buildings have no "
+                    "springs: give Scene(..., recorders=('drift',))"
+                )
             scenes[name] = replace(
                 scene, structure=archetype.building, scatter=archetype.scatter, correlation=archetype.correlation
             )

@@ -19,6 +19,7 @@ ROUNDED_DAMPING = 1e-12  # see `without_rounding`: entries of modal damping matr
 # structure.
 OF_DOFS = ("mass",)
 OF_STOREYS = ("height",)
+OF_STRUCTURE = ("damping_ratio", INCIDENCE)
 OF_MEMBERS = ("elastic_modulus", "area", "second_moment")
 
 

@@ -16,7 +16,7 @@ from warpdyn.foundations.core.frozen_values import FrozenMapping
 from warpdyn.foundations.core.near_misses import did_you_mean, with_suggestions
 from warpdyn.model.structures.lumped.biaxial_spring import BiaxialSpring
 from warpdyn.model.structures.lumped.damping import checked_damping
-from warpdyn.model.structures.lumped.matrices import INCIDENCE, OF_DOFS, LumpedMatrices, of_springs_only, undamped
+from warpdyn.model.structures.lumped.matrices import INCIDENCE, OF_DOFS, OF_STRUCTURE, LumpedMatrices, of_springs_only
 from warpdyn.model.structures.lumped.names import (
     as_given,
     check_dissipates,
@@ -25,6 +25,7 @@ from warpdyn.model.structures.lumped.names import (
     checked_matrix,
     checked_outputs,
 )
+from warpdyn.model.structures.lumped.places.free_motions import mass_problem, stiffness_problem
 from warpdyn.model.structures.lumped.places.kinds import kinds_of
 from warpdyn.model.structures.lumped.places.storeys import Storeys, checked_storeys
 from warpdyn.model.structures.lumped.places.spring_values import checked_springs, parameters_of_springs, spring_values
@@ -33,10 +34,7 @@ from warpdyn.model.structures.modal import modal_properties
 from warpdyn.model.structures.structure import Structure, count_along
 
 MOST_DOFS = 64
-LEAST_OF_STIFFNESS = 1e-13  # least squared frequency of a structure that cannot move freely, over the highest one
-LEAST_OF_MASS = 1e-12  # least eigenvalue of the mass matrix, scaled to a diagonal of ones
 PAIR = 2  # components of a biaxial spring
-OF_STRUCTURE = ("damping_ratio", INCIDENCE)
 FACTOR_OF_ZERO = "the nominal value of {} is 0, which a factor does not change: give wd.RandomValue(wd.Uniform({}))"
 MATRICES = {  # with their units
     "mass_matrix": "kg",
@@ -208,7 +206,7 @@ class LumpedStructure(LumpedMatrices, Structure):
 
     def problem(self, values: Mapping[str, np.ndarray]) -> str | None:
         """Return a sentence on a wrong mass, a free motion or wrong parameters of springs; None if all are right."""
-        problem = self._mass_problem(values) or self._stiffness_problem(values)
+        problem = mass_problem(self, values) or stiffness_problem(self, values)
         return problem or self._pair_problem(values) or self.storey_law.problem(of_springs_only(values))
 
     def scatter_problem(self, name: str, *, is_common_factor: bool) -> str | None:
@@ -235,46 +233,6 @@ class LumpedStructure(LumpedMatrices, Structure):
             first = len(self.springs) - PAIR * self.pairs
             values[first + 1 :: PAIR] = values[first::PAIR]
         return values
-
-    def _mass_problem(self, values: Mapping[str, np.ndarray]) -> str | None:
-        if problem := self.coupled_mass_problem(values):
-            return problem
-        mass = self.mass_matrices({**values, "mass": np.atleast_2d(values["mass"])})
-        diagonal = np.einsum("sii->si", mass)
-        if (diagonal <= 0).any():
-            dof = self.dof_names[np.argwhere(diagonal <= 0)[0, 1]]
-            return (
-                f"degree of freedom {dof!r} has no mass: give it a mass above 0, or eliminate it by static condensation"
-            )
-        root = np.sqrt(diagonal)
-        least, shape = np.linalg.eigh(mass / root[:, :, None] / root[:, None, :])
-        if (least[:, 0] <= LEAST_OF_MASS).any():
-            first = int(np.argmax(least[:, 0] <= LEAST_OF_MASS))
-            dof = self.dof_names[int(np.abs(shape[first, :, 0]).argmax())]
-            return (
-                "the mass matrix is singular or has a negative eigenvalue: a motion in which degree of freedom "
-                f"{dof!r} takes most part has no mass. Correct mass_matrix, or eliminate this motion by static "
-                "condensation"
-            )
-        return None
-
-    def _stiffness_problem(self, values: Mapping[str, np.ndarray]) -> str | None:
-        """Return a sentence on a motion without resistance in one of the structures, or None."""
-        whole = {name: np.atleast_2d(each) for name, each in values.items() if self.is_by_storey(name)}
-        count = max(map(len, whole.values()))
-        whole = {name: np.broadcast_to(each, (count, each.shape[1])) for name, each in whole.items()}
-        squared, shape = undamped(self.mass_matrices(whole), self.stiffness_matrices(whole), is_clipped=False)
-        free = squared[:, 0] <= LEAST_OF_STIFFNESS * squared[:, -1]
-        if not free.any():
-            return None
-        first = int(free.argmax())
-        motion = shape[first, :, 0] * np.sqrt(np.diag(self.mass_matrices(whole)[first]))
-        dof = self.dof_names[int(np.abs(motion).argmax())]
-        cause = " or buckles under the geometric stiffness" if "geometric_stiffness" in self.matrices else ""
-        return (
-            f"degree of freedom {dof!r} can move freely{cause}: no spring with an initial stiffness resists this "
-            "motion. Add a spring, or correct a direction"
-        )
 
     @property
     def dofs(self) -> int:
