@@ -42,9 +42,7 @@ def main() -> None:
     inventory = build_inventory(arguments.buildings, arguments.seed)
     times["inventory"] = time.perf_counter()
     own, limits = tall_archetypes() if arguments.flexural_shear else ({}, {})
-    stock = wd.inventories.portfolio(
-        inventory, archetypes=own, limits=limits, scatter=SCATTER, correlation=CORRELATION
-    )
+    stock = wd.inventories.portfolio(inventory, archetypes=own, limits=limits, scatter=SCATTER, correlation=CORRELATION)
     pairs = wd.records.pairs(wd.records.near_field())[:PAIRS]
     design = shaking(inventory, stock, pairs, arguments.seed)
     times["portfolio and motions"] = time.perf_counter()

@@ -12,7 +12,13 @@ import warpdyn as wd
 pytestmark = [
     pytest.mark.meant_as_given(
         *("no_damping", "first_period", "strongest_motion", "collapse_drift_ratio", "drift_limit"),
-        *("random_factor", "random_value", "yield_base_shear_coefficient", "springs_yield_over_weight", "spring_deformation_capacity"),
+        *(
+            "random_factor",
+            "random_value",
+            "yield_base_shear_coefficient",
+            "springs_yield_over_weight",
+            "spring_deformation_capacity",
+        ),
     )
 ]
 STEP, STEPS = 0.002, 3000
@@ -42,8 +48,12 @@ def stick(ei: float = EI, ga: float = GA) -> np.ndarray:
     whole = np.zeros((2 * floors + 2, 2 * floors + 2))
     for storey, h in enumerate(HEIGHTS):
         beam = np.array(
-            [[12, 6 * h, -12, 6 * h], [6 * h, 4 * h * h, -6 * h, 2 * h * h]]
-            + [[-12, -6 * h, 12, -6 * h], [6 * h, 2 * h * h, -6 * h, 4 * h * h]]
+            [
+                [12, 6 * h, -12, 6 * h],
+                [6 * h, 4 * h * h, -6 * h, 2 * h * h],
+                [-12, -6 * h, 12, -6 * h],
+                [6 * h, 2 * h * h, -6 * h, 4 * h * h],
+            ]
         )
         here = np.arange(2 * storey, 2 * storey + 4)
         whole[np.ix_(here, here)] += ei / h**3 * beam
@@ -264,7 +274,10 @@ def deck(**changed: object) -> wd.LumpedStructure:
         ({"storey_height": 3.0, "storey_springs": "k"}, "storey_springs must list the springs of each storey"),
         ({"storey_height": 3.0, "storey_springs": []}, "storey_springs must list the springs of each storey"),
         ({"storey_height": 3.0, "storey_springs": [[]]}, "storey 1 must have the name of a spring"),
-        ({"storey_height": 3.0, "storey_springs": ["turns"]}, "storey 1 names 'turns', but no spring.*did you mean 'turn'"),
+        (
+            {"storey_height": 3.0, "storey_springs": ["turns"]},
+            "storey 1 names 'turns', but no spring.*did you mean 'turn'",
+        ),
         ({"storey_height": 3.0, "storey_springs": ["turn"]}, "spring 'turn' of storey 1 is a rotation"),
         ({"storey_height": 3.0, "storey_springs": ["k", "k"]}, "'k' is given in storey 1 and in storey 2"),
         ({"storey_height": [3.0, 3.0], "storey_springs": ["k"]}, "storey_height must be one value or one per storey"),

@@ -1,6 +1,6 @@
 """Recorder of the largest drift of every storey.
 
-The drift of a storey of a lumped structure is the largest deformation of its springs, which the recorder "spring" keeps.
+The drift of a storey of a lumped structure is the largest deformation of its springs (recorder "spring").
 """
 
 from warpdyn.foundations.core.output_variables import Variable

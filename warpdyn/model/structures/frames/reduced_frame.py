@@ -160,9 +160,8 @@ class ReducedFrame(LumpedStructure):
 
         Without storeys there is one spring at the highest kept node, and no height.
         """
-        capacity = None
-        if self.drift_capacity is not None:
-            capacity = real_number("drift_capacity", self.drift_capacity, above=0)
+        given = self.drift_capacity
+        capacity = None if given is None else real_number("drift_capacity", given, above=0)
         found, heights = [], []
         for storey, (upper, lower, height) in enumerate(self.frame.storey_drifts.values()):
             if upper in names and (lower is None or lower in names):

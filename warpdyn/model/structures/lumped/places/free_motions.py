@@ -20,9 +20,7 @@ def mass_problem(structure: LumpedMatrices, values: Mapping[str, np.ndarray]) ->
     diagonal = np.einsum("sii->si", mass)
     if (diagonal <= 0).any():
         dof = structure.dof_names[np.argwhere(diagonal <= 0)[0, 1]]
-        return (
-            f"degree of freedom {dof!r} has no mass: give it a mass above 0, or eliminate it by static condensation"
-        )
+        return f"degree of freedom {dof!r} has no mass: give it a mass above 0, or eliminate it by static condensation"
     root = np.sqrt(diagonal)
     least, shape = np.linalg.eigh(mass / root[:, :, None] / root[:, None, :])
     if (least[:, 0] <= LEAST_OF_MASS).any():

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from warpdyn.foundations.core.checks import shortened
 from warpdyn.foundations.core.near_misses import did_you_mean
@@ -18,7 +19,7 @@ Storeys = tuple[tuple[int, ...], ...]
 
 
 def checked_storeys(
-    height: object, given: object, springs: Sequence[str], rotating: Sequence[bool]
+    height: ArrayLike | None, given: object, springs: Sequence[str], rotating: Sequence[bool]
 ) -> tuple[np.ndarray, Storeys]:
     """Return the storey heights [m], shape [storey], and the places of the springs of each storey.
 
