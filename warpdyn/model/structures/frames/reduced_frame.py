@@ -156,10 +156,7 @@ class ReducedFrame(LumpedStructure):
         return np.stack([x, y] if self.vertical else [x], axis=1)
 
     def _gauges(self, names: Sequence[str]) -> tuple[list[Gauge], list[float]]:
-        """Return the springs without stiffness, one per storey, and the storey heights [m].
-
-        Without storeys there is one spring at the highest kept node, and no height.
-        """
+        """Return the springs without stiffness and the storey heights [m]; without storeys, one spring and no height."""
         given = self.drift_capacity
         capacity = None if given is None else real_number("drift_capacity", given, above=0)
         found, heights = [], []
