@@ -145,7 +145,7 @@ TWO = [{"x": 1.0}, {"y": 1.0}]
         (structure(influence=TWO), MOTION, {}, "2 influence vectors, but the base motion has 1 components"),
         (wd.ShearBuilding(1.0, 1.0, 3.0), PAIR, {}, "a pair of motions needs a LumpedStructure"),
         (structure(), MOTION, {"recorders": ("output",)}, "recorder 'output' needs outputs="),
-        (structure(), MOTION, {"recorders": ("drift",)}, "unknown recorder of a LumpedStructure 'drift'"),
+        (structure(), MOTION, {"recorders": ("drift",)}, "recorder 'drift' needs storeys"),
         (structure(), MOTION, {"collapse_drift_ratio": 0.1}, "collapse_drift_ratio needs storeys"),
         (structure(), wd.FreeVibration(1.0, velocity=[1.0, 0.0, 0.0]), {}, "has 3 values, but the structure has 2"),
     ],

@@ -59,6 +59,8 @@ def plan_of(scene: Scene, dynamics: Dynamics, method: str, dtype: str, *, is_gpu
     of_modes = "general" if dynamics.couples_modes else "classical"
     # Peak drifts decide which samples are run again in float64, and which are run again to check their reliability.
     judging = {dynamics.peak[1]} if dynamics.counts_reversals or dynamics.is_sensitive else set()
+    if scene.structure.family == "lumped" and "drift" in scene.recorders:
+        judging |= {"spring"}  # storey drifts are the largest deformations of springs
     plan = Plan(
         family=scene.structure.family,
         dofs=scene.structure.dofs,
@@ -154,7 +156,12 @@ class Model:
         """Return the variables that the given recorders and the method fill for each sample, by name."""
         plan, is_adaptive = self.plan, self.method.is_adaptive
         return recorded(
-            plan.family, recorders, is_adaptive=is_adaptive, collapses=plan.collapses, has_line=has_line(plan)
+            plan.family,
+            recorders,
+            is_adaptive=is_adaptive,
+            collapses=plan.collapses,
+            has_line=has_line(plan),
+            has_storeys=plan.pattern is not None and bool(plan.pattern.storeys),
         )
 
     @cached_property

@@ -112,7 +112,8 @@ class Plan:
         """Return the length of a dimension of the outputs, such as "storey" or "spring"."""
         if self.pattern is None:
             return self.dofs
-        return {"spring": self.pattern.springs, "output": len(self.pattern.resultants)}.get(dim, self.dofs)
+        lengths = {"spring": self.pattern.springs, "output": len(self.pattern.resultants)}
+        return (lengths | {"storey": len(self.pattern.storeys)}).get(dim, self.dofs)
 
 
 def options(plan: Plan) -> dict[str, object]:

@@ -51,7 +51,10 @@ SCENE_KEYS = (
     *("tail", "record_from", "title"),
 )
 ARCHETYPE_KEYS = ("structure", "count", "scatter", "correlation")
-LUMPED_CHOICES = ("damping", "damping_ratio", "outputs", "rotations", "groups", "output_units", "is_machine")
+LUMPED_CHOICES = (
+    *("damping", "damping_ratio", "outputs", "rotations", "groups", "output_units", "is_machine"),
+    *("storey_height", "storey_springs"),
+)
 BUILDING_KEYS = ("law", "damping", "mass", "stiffness", "height")
 
 
@@ -267,10 +270,10 @@ class Rebuilding:
         where = f"archetype {name!r}"
         _check_keys(told, where, ARCHETYPE_KEYS, ARCHETYPE_KEYS)
         building = self.structure(told["structure"], where)
-        if not isinstance(building, ShearBuilding):
+        if not isinstance(building, ShearBuilding | LumpedStructure):
             raise ValueError(
-                f"from_json(): {where} must be a ShearBuilding, got {building!r}: give the attribute 'scene' of a run "
-                "without changes"
+                f"from_json(): {where} must be a ShearBuilding or a LumpedStructure, got {building!r}: give the "
+                "attribute 'scene' of a run without changes"
             )
         correlation: Any = _pairs(told["correlation"])
         return Archetype(building, told["count"], self.value(told["scatter"], f"{where}.scatter"), correlation)

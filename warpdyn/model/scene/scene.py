@@ -22,6 +22,7 @@ from warpdyn.model.scene.correlation import check_correlation
 from warpdyn.model.scene.rebuilding import arguments_of_scene
 from warpdyn.model.scene.scatter import SAMPLING, GivenValues, Scatter, central, check_scatter, representative
 from warpdyn.model.structures.lumped.matrices import INCIDENCE
+from warpdyn.model.structures.lumped.places.storeys import NEEDS_STOREYS
 from warpdyn.model.structures.structure import Structure
 
 
@@ -157,15 +158,15 @@ class Scene:
         for name in recorders:
             one_of(f"recorder of a {type(self.structure).__name__}", name, known)
             if name in lacking:
-                raise ValueError(f"recorder {name!r} needs {name}s= of the {type(self.structure).__name__}")
+                kind = type(self.structure).__name__
+                needs = NEEDS_STOREYS if name == "drift" else f"needs {name}s= of the {kind}"
+                raise ValueError(f"recorder {name!r} {needs}")
         object.__setattr__(self, "recorders", tuple(sorted(set(recorders))))
         limit = self.collapse_drift_ratio
         if limit is not None:
             real_number("collapse_drift_ratio", limit, above=0)
-            if self.structure.family != "chain":
-                raise ValueError(
-                    "collapse_drift_ratio needs storeys: use a ShearBuilding, or remove collapse_drift_ratio="
-                )
+            if "drift" not in known or "drift" in lacking:
+                raise ValueError(f"collapse_drift_ratio {NEEDS_STOREYS}, or remove collapse_drift_ratio=")
         if self.tail is not None:
             real_number("tail [s]", self.tail, least=0)
             if not self.excitation.has_tail and self.tail > 0:

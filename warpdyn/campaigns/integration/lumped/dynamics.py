@@ -101,6 +101,7 @@ class LumpedDynamics(Dynamics):
             biaxial_law=self.biaxial_law,
             resultants=structure.resultants,
             line=line,
+            storeys=structure.storey_springs,
             **tables,
         )
 
@@ -197,6 +198,8 @@ class LumpedDynamics(Dynamics):
             "coefficients": coefficients if len(coefficients) else np.zeros((1, structures)),
             "terms": whole if len(whole) else np.zeros((1, structures)),
         }
+        if "height" in parameters:
+            packed["inverse_height"] = 1 / parameters["height"].T
         if self.has_drift_capacity:
             with np.errstate(invalid="ignore"):
                 packed["inverse_drift_capacity"] = np.nan_to_num(1 / parameters["deformation_capacity"].T)

@@ -150,6 +150,7 @@ class Pattern:
         biaxial_law: Device functions of the biaxial springs; None without such springs.
         resultants: For each output the places of its other rows; () for an output that is not a resultant.
         line: The column line of a fish-bone frame with hinges; None for other structures.
+        storeys: For each storey the places of the springs whose deformations are its drift; () without storeys.
     """
 
     deformation: Table
@@ -167,6 +168,7 @@ class Pattern:
     biaxial_law: StoreyRules | None = None
     resultants: tuple[tuple[int, ...], ...] = ()
     line: ColumnLine | None = None
+    storeys: tuple[tuple[int, ...], ...] = ()
 
     @property
     def springs(self) -> int:

@@ -19,6 +19,8 @@ ROUNDED_DAMPING = 1e-12  # see `without_rounding`: entries of modal damping matr
 # Parameters with one value per degree of freedom, and with one per member of a frame; others have one per spring or per
 # structure.
 OF_DOFS = ("mass",)
+OF_STOREYS = ("height",)
+OF_STRUCTURE = ("damping_ratio", INCIDENCE)
 OF_MEMBERS = ("elastic_modulus", "area", "second_moment")
 
 
@@ -202,8 +204,8 @@ class LumpedMatrices:
 
 
 def of_springs_only(values: Values) -> dict[str, np.ndarray]:
-    """Return the parameters without those of degrees of freedom and members of frames, for the laws of the springs."""
-    return {name: each for name, each in values.items() if name not in (*OF_DOFS, *OF_MEMBERS)}
+    """Return the parameters without those of degrees of freedom, storeys and members, for the laws of the springs."""
+    return {name: each for name, each in values.items() if name not in (*OF_DOFS, *OF_MEMBERS, *OF_STOREYS)}
 
 
 def turned_influence(influence: np.ndarray, angle: np.ndarray) -> np.ndarray:
