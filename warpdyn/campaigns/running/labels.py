@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Hashable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from operator import attrgetter
 from typing import Any
@@ -290,7 +290,7 @@ def filled(template: Template, rows: Mapping[str, Any]) -> xr.Dataset:
 
 
 def _variable(
-    name: str, dims: str | tuple[str, ...], values: np.ndarray, attributes: Mapping[str, object]
+    name: str, dims: str | tuple[Hashable, ...], values: np.ndarray, attributes: Mapping[str, object]
 ) -> xr.Variable:
     """Return a variable of a NumPy array of numbers or texts.
 

@@ -2,8 +2,8 @@
 
 The default method is chosen from tables of measured errors and costs. studies/default_methods.py measures the errors
 for each storey law and kind of damping (data/default_methods.csv), and the costs for each storey law on a CPU and on a
-GPU (data/default_method_costs.csv): with peak drifts only, and with all recorders and a collapse limit. Recorders need a
-larger share of the time of methods with short, cheap steps.
+GPU (data/default_method_costs.csv): with peak drifts only, and with all recorders and a collapse limit. Recorders need
+a larger share of the time of methods with short, cheap steps.
 """
 
 from __future__ import annotations

@@ -144,9 +144,9 @@ class HingedFishbone(ReducedFrame):
         """Recorders that the structure cannot have: energies, because hinges have no rates."""
         return (*super().lacking, "energy")
 
-    def _gauges(self, names: Sequence[str]) -> list[Spring]:  # type: ignore[override]
-        """Return the storeys and the hinges, storey by storey."""
-        found: list[Spring] = list(super()._gauges(names))
+    def _gauges(self, names: Sequence[str]) -> tuple[list[Spring], list[float]]:
+        """Return the storeys followed by the hinges, storey by storey, and the storey heights [m]."""
+        found, heights = super()._gauges(names)
         self.line_places: list[int] = []
         members = list(self.frame.members)
         stiffnesses = self.frame.geometry.end_springs
@@ -159,7 +159,7 @@ class HingedFishbone(ReducedFrame):
                 row = dict(self.hinges.get((members[member], ENDS[side]), {"law": "elastic"}))
                 self.line_places.append(len(found))
                 found.append(Hinge(f"{members[member]} {ENDS[side]}", name, stiffness, row.pop("law"), **row))
-        return found
+        return found, heights
 
     @property
     def column_line(self) -> ColumnLine:
