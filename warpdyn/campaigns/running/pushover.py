@@ -224,6 +224,11 @@ def _pushed_structure(
             f"pushover(): biaxial spring {name!r} is not supported: replace it by two springs, or simulate the "
             "structure under forces that increase slowly, wd.ForceHistory(values, step)"
         )
+    if structure.column_line is not None:
+        raise ValueError(
+            "pushover(): a frame with hinges is not supported, because its rotations have no mass: simulate it under "
+            "forces that increase slowly, wd.ForceHistory(values, step)"
+        )
     loads, component = dof_loads(structure, pattern)
     place = control_dof(structure, loads, control)
     pushed = pushed_along(PushedStructure(structure, loads, place, *_spring_and_coefficients(structure)), path)

@@ -396,5 +396,5 @@ GROUPS: dict[str, dict[str, Slot]] = {
         "write": _slot("lane", "Write the outputs of a sample to column o.", "o status"),
     },
 }
-GROUPS |= {group: {name: _slot(*row) for name, row in rows.items()} for group, rows in OF_LUMPED.items()}
+GROUPS |= {title: {name: _slot(*row) for name, row in rows.items()} for title, rows in OF_LUMPED.items()}
 SLOTS = {name: slot for group in GROUPS.values() for name, slot in group.items()}
