@@ -4,7 +4,7 @@ A stage computes the deformations of all springs from the displacements, then th
 and then the accelerations from these forces. The first and the last of these steps consist of one statement for each
 spring or degree of freedom, which names only entries that are not 0 (see kernels/lumped/pattern.py). Multistep and
 implicit methods have one stage, at the accepted state; implicit ones then search the end of the step
-(kernels/lumped/implicit_step.py).
+(kernels/stepping/implicit_step.py).
 """
 
 from __future__ import annotations
