@@ -324,7 +324,7 @@ WRONG_TYPES = {
         "one value per structure as GivenValues",
         "much",
     ),
-    "distribution": (lambda: wd.RandomFactor(0.1), "distribution must be Normal, Lognormal or Uniform, got 0.1"),
+    "distribution": (lambda: wd.RandomFactor(0.1), "distribution must be Normal, Lognormal, Uniform", "got 0.1"),
 }
 LIMITS = {"slight": 0.01}
 NO_BUILDING = {

@@ -112,9 +112,15 @@ from .model.ground_motions.motions_at_sites import MotionsAtSites as MotionsAtSi
 from .model.ground_motions.pairs_of_motions import PairOfMotions as PairOfMotions
 from .model.ground_motions.response_spectra import response_spectra as response_spectra
 from .model.ground_motions.roads.profiles import RandomRoad as RandomRoad, RoadBump as RoadBump, SineRoad as SineRoad
-from .model.scene.distributions import Lognormal as Lognormal, Normal as Normal, Uniform as Uniform
+from .model.scene.distributions.closed_form import Lognormal as Lognormal, Normal as Normal, Uniform as Uniform
+from .model.scene.distributions.numerical import Empirical as Empirical, Truncated as Truncated
 from .model.scene.portfolio import Archetype as Archetype, Portfolio as Portfolio
-from .model.scene.scatter import GivenValues as GivenValues, RandomFactor as RandomFactor, RandomValue as RandomValue
+from .model.scene.scatter import (
+    GivenFactors as GivenFactors,
+    GivenValues as GivenValues,
+    RandomFactor as RandomFactor,
+    RandomValue as RandomValue,
+)
 from .model.scene.scene import Scene as Scene
 from .model.structures.builders.attachments import (
     with_absorber as with_absorber,

@@ -18,7 +18,8 @@ from warpdyn.model.ground_motions.forces import ForceHistory, FreeVibration, Har
 from warpdyn.model.ground_motions.measures import one_component, pairs
 from warpdyn.model.ground_motions.motions import GroundMotion, checked_motions
 from warpdyn.model.ground_motions.motions_at_sites import MotionsAtSites
-from warpdyn.model.scene import distributions, scatter
+from warpdyn.model.scene import scatter
+from warpdyn.model.scene.distributions import closed_form, numerical
 from warpdyn.model.scene.portfolio import Archetype, Portfolio
 from warpdyn.model.structures.builders.torsional_building import TorsionalBuilding
 from warpdyn.model.structures.frames.frame import Frame
@@ -40,8 +41,9 @@ OWN: dict[str, Any] = {  # name -> class of warpdyn that the JSON may contain
         *(one_component.CumulativeAbsoluteVelocity, one_component.SignificantDuration),
         *(one_component.SpectralAcceleration, one_component.AverageSpectralAcceleration),
         *(pairs.GeometricMean, pairs.LargerComponent, pairs.RotatedSpectralAcceleration),
-        *(scatter.RandomFactor, scatter.RandomValue, scatter.GivenValues),
-        *(distributions.Normal, distributions.Lognormal, distributions.Uniform),
+        *(scatter.RandomFactor, scatter.RandomValue, scatter.GivenValues, scatter.GivenFactors),
+        *(closed_form.Normal, closed_form.Lognormal, closed_form.Uniform),
+        *(numerical.ScipyDistribution, numerical.Truncated, numerical.Empirical),
     )
 }
 SCENE_KEYS = (
