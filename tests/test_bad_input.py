@@ -320,7 +320,7 @@ WRONG_TYPES = {
     "motion": (lambda: wd.Cloud([WAVE, 3.0]), "motions[1] is a float", "GroundMotion"),
     "scatter": (
         lambda: scene(scatter={"mass": "much"}),
-        "scatter['mass'] must be a RandomFactor",
+        "scatter['mass'] must be RandomFactor",
         "one value per structure as GivenValues",
         "much",
     ),

@@ -288,7 +288,7 @@ def check_scatter(structure: Structure, scatter: Scatter) -> None:
             raise ValueError(f"scatter names unknown parameter {name!r}{hint}; parameters of {structure!r}: {allowed}")
         if not isinstance(spread, ParameterScatter):
             raise TypeError(
-                f"scatter[{name!r}] must be a RandomFactor, a RandomValue, GivenValues or GivenFactors, got {spread!r}: "
+                f"scatter[{name!r}] must be RandomFactor, RandomValue, GivenValues or GivenFactors, got {spread!r}: "
                 f"give one value for all structures as {name}= of the structure, one value per structure as "
                 f"GivenValues([...]), and a dispersion as RandomFactor(Lognormal(1.0, dispersion))"
             )

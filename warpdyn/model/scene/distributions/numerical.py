@@ -216,8 +216,7 @@ def as_distribution(given: Any) -> Distribution:
     """
     if isinstance(given, Distribution):
         return given
-    kind: Any = getattr(given, "dist", None)  # of a frozen distribution of SciPy
-    if kind is None or not hasattr(given, "ppf"):
+    if not hasattr(given, "dist") or not hasattr(given, "ppf"):  # a frozen distribution of SciPy has both
         hint = "; call it with its parameters, such as scipy.stats.gumbel_r(loc=1.0, scale=0.1)"
         raise TypeError(
             "distribution must be Normal, Lognormal, Uniform, Truncated, Empirical or a frozen distribution of "
@@ -225,6 +224,7 @@ def as_distribution(given: Any) -> Distribution:
         )
     from scipy import stats  # its import takes 0.3 s
 
+    kind: Any = given.dist
     if not isinstance(kind, stats.rv_continuous) or type(getattr(stats, kind.name, None)) is not type(kind):
         raise TypeError(
             f"{type(kind).__name__} is not a continuous distribution of scipy.stats with a name: draw values from it "
