@@ -72,6 +72,12 @@ def with_runs(folder: Path) -> dict[str, Call]:
             {"run": cloud.isel(sample=cloud["structure"].values == 0), "limits": limits}
             | {"demand": "peak_storey_drift_ratio", "confidence": 0.9},
         ),
+        "sobol_indices": (
+            wd.sobol_indices,
+            {"scene": scene, "base_structures": 4, "confidence": 0.9, "seed": 1, "limits": None},
+        ),
+        "tornado": (wd.tornado, {"scene": scene, "quantiles": (0.1, 0.9), "confidence": 0.9, "limits": None}),
+        "correlation_ratios": (wd.correlation_ratios, {"run": wd.simulate(scene, structures=32), "confidence": 0.9}),
         "storey_hysteresis": (wd.storey_hysteresis, {"building": building, "drift": [0.0, 0.01, -0.01]}),
         "response_spectra": (
             wd.response_spectra,
@@ -169,5 +175,6 @@ def with_runs(folder: Path) -> dict[str, Call]:
         "plots.hysteresis": (wd.plots.hysteresis, {"dataset": kept, "history": 1}),
         "plots.hazard_and_rates": (wd.plots.hazard_and_rates, {"curves": curves, "hazard": hazard}),
         "plots.ida_curves": (wd.plots.ida_curves, {"dataset": both, "colour": "#0072B2", "scale": "linear"}),
+        "plots.sensitivity": (wd.plots.sensitivity, {"dataset": wd.tornado(scene).isel(stripe=0)}),
         "plots.vulnerability": (wd.plots.vulnerability, {"dataset": losses, "scale": "log"}),
     }

@@ -28,6 +28,12 @@ FITTED = curves({"slight": (0.2, 0.4), "moderate": (0.5, 0.45)})
 RATIOS = {"slight": (0.05, 0.6), "moderate": 0.4}
 SPECTRA = wd.response_spectra([PULSE, WEAK], [0.1, 0.5, 1.0], [0.02, 0.05], device="cpu")
 
+
+def shares_of_variance() -> xr.Dataset:
+    shares = {f"correlation_ratio{end}": ("input", [0.3, 0.6]) for end in ("", "_lower", "_upper")}
+    return xr.Dataset(shares, {"input": ["mass", "stiffness (storey 2)"]})
+
+
 # Every plot, with how many axes it takes.
 PLOTS = {
     "building": (lambda **how: plots.building(wd.ShearBuilding.from_hazus("C1L", "high", 2), **how), 1),
@@ -54,6 +60,7 @@ PLOTS = {
         2,
     ),
     "residual_drifts": (lambda **how: plots.residual_drifts(RUN, **how), 1),
+    "sensitivity": (lambda **how: plots.sensitivity(shares_of_variance(), **how), 1),
     "spectra": (lambda **how: plots.spectra(SPECTRA, **how), 2),
     "vulnerability": (lambda **how: plots.vulnerability(wd.vulnerability(FITTED, RATIOS), **how), 1),
 }

@@ -27,6 +27,9 @@ from .answers.risk.risk_targets import (
 )
 from .answers.risk.storey_losses import storey_losses as storey_losses
 from .answers.risk.vulnerability import hazus_loss_ratios as hazus_loss_ratios, vulnerability as vulnerability
+from .answers.sensitivity.correlation_ratios import correlation_ratios as correlation_ratios
+from .answers.sensitivity.sobol import sobol_indices as sobol_indices
+from .answers.sensitivity.tornado import tornado as tornado
 from .campaigns.accuracy.method_choice import MethodChoice as MethodChoice
 from .campaigns.accuracy.pilot import plan as plan
 from .campaigns.incremental.capacities import capacities as capacities

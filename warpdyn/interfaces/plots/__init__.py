@@ -4,6 +4,7 @@ Each function returns a new figure. If axes are given as `ax`, it draws into the
 shows the figure if the call is the last line of a cell.
 """
 
+from warpdyn.interfaces.plots.analyses.sensitivity import sensitivity
 from warpdyn.interfaces.plots.animation.sway import animate
 from warpdyn.interfaces.plots.buildings import building, pushover_curve
 from warpdyn.interfaces.plots.clouds import cloud_regression
@@ -42,6 +43,7 @@ __all__ = [
     "loss_exceedance",
     "pushover_curve",
     "residual_drifts",
+    "sensitivity",
     "spectra",
     "vulnerability",
 ]

@@ -97,7 +97,7 @@ class Truncated(Numerical):
     cumulative probability.
 
     Source: N. L. Johnson, S. Kotz and N. Balakrishnan, Continuous Univariate Distributions, volume 1, 2nd edition,
-    Wiley, 1994, section 10.1.
+    Wiley, 1994, chapter 13.
 
     Args:
         distribution: Distribution without the limits: Normal, Lognormal, Uniform, or a frozen continuous distribution
@@ -230,6 +230,6 @@ def as_distribution(given: Any) -> Distribution:
             f"{type(kind).__name__} is not a continuous distribution of scipy.stats with a name: draw values from it "
             "and give them as Empirical(values)"
         )
-    shapes = [name.strip() for name in kind.shapes.split(",")] if kind.shapes else []
+    shapes = [name.strip() for name in given.dist.shapes.split(",")] if given.dist.shapes else []
     by_place = dict(zip([*shapes, "loc", "scale"], given.args, strict=False))
-    return ScipyDistribution(kind.name, {**by_place, **given.kwds})
+    return ScipyDistribution(given.dist.name, {**by_place, **given.kwds})
