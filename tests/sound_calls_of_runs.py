@@ -25,6 +25,9 @@ def with_runs(folder: Path) -> dict[str, Call]:
     )
     falling = wd.ShearBuilding(1e5, 4e7, 3.0, law=falling)
     cloud = wd.simulate(wd.Scene(building, wd.Cloud(ns["motions"]), ns["scatter"]), structures=4)
+    twice = wd.EventSequence({"mainshock": ns["stripes"], "aftershock": ns["stripes"]})
+    shocks = wd.simulate(wd.Scene(building, twice, ns["scatter"], recorders=("drift",)), structures=8)
+    damaged = wd.state_dependent_fragility(shocks, {"slight": 0.004, "complete": 0.015})
     found = wd.capacities(scene, LIMITS, structures=2, keep_curves=True)
     losses, both = wd.vulnerability(curves, RATIOS), run.merge(curves, combine_attrs="no_conflicts")
     shares = wd.damage_shares(wd.simulate(ns["region"]), ns["stock"].limits)
@@ -71,6 +74,21 @@ def with_runs(folder: Path) -> dict[str, Call]:
             wd.exceedance_probability,
             {"run": cloud.isel(sample=cloud["structure"].values == 0), "limits": limits}
             | {"demand": "peak_storey_drift_ratio", "confidence": 0.9},
+        ),
+        "state_dependent_fragility": (
+            wd.state_dependent_fragility,
+            {
+                "run": shocks,
+                "limits": {"slight": 0.004, "complete": 0.015},
+                "event": "aftershock",
+                "replicates": 20,
+                "confidence": 0.9,
+                "seed": 1,
+            },
+        ),
+        "damage_in_time": (
+            wd.damage_in_time,
+            {"curves": damaged, "hazard": hazard, "years": [50.0], "confidence": 0.9},
         ),
         "sobol_indices": (
             wd.sobol_indices,
@@ -176,5 +194,6 @@ def with_runs(folder: Path) -> dict[str, Call]:
         "plots.hazard_and_rates": (wd.plots.hazard_and_rates, {"curves": curves, "hazard": hazard}),
         "plots.ida_curves": (wd.plots.ida_curves, {"dataset": both, "colour": "#0072B2", "scale": "linear"}),
         "plots.sensitivity": (wd.plots.sensitivity, {"dataset": wd.tornado(scene).isel(stripe=0)}),
+        "plots.state_dependent_fragility": (wd.plots.state_dependent_fragility, {"dataset": damaged}),
         "plots.vulnerability": (wd.plots.vulnerability, {"dataset": losses, "scale": "log"}),
     }

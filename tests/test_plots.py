@@ -34,6 +34,16 @@ def shares_of_variance() -> xr.Dataset:
     return xr.Dataset(shares, {"input": ["mass", "stiffness (storey 2)"]})
 
 
+def damaged_curves() -> xr.Dataset:
+    dims, nan = ("from_state", "damage_state"), np.nan
+    values = {
+        "fragility_median": (dims, [[0.2, 0.5], [nan, 0.3]]),
+        "fragility_dispersion": (dims, np.full((2, 2), 0.4)),
+    }
+    values["exceedance_fraction"] = (*dims, "stripe"), [[[0.1, 0.8], [0.0, 0.4]], [[nan, nan], [0.1, 0.6]]]
+    return xr.Dataset(values, {"from_state": ["none", "a"], "damage_state": ["a", "b"], "stripe": [0.1, 0.4]})
+
+
 # Every plot, with how many axes it takes.
 PLOTS = {
     "building": (lambda **how: plots.building(wd.ShearBuilding.from_hazus("C1L", "high", 2), **how), 1),
@@ -62,6 +72,7 @@ PLOTS = {
     "residual_drifts": (lambda **how: plots.residual_drifts(RUN, **how), 1),
     "sensitivity": (lambda **how: plots.sensitivity(shares_of_variance(), **how), 1),
     "spectra": (lambda **how: plots.spectra(SPECTRA, **how), 2),
+    "state_dependent_fragility": (lambda **how: plots.state_dependent_fragility(damaged_curves(), **how), 2),
     "vulnerability": (lambda **how: plots.vulnerability(wd.vulnerability(FITTED, RATIOS), **how), 1),
 }
 

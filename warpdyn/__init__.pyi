@@ -5,6 +5,7 @@ from .answers.fragility.building_results import building_results as building_res
 from .answers.fragility.capacity_curves import fragility_from_capacities as fragility_from_capacities
 from .answers.fragility.cloud_curves import fragility_of_cloud as fragility_of_cloud
 from .answers.fragility.damage_shares import damage_shares as damage_shares
+from .answers.fragility.damaged.state_dependent import state_dependent_fragility as state_dependent_fragility
 from .answers.fragility.fragility_curves import fragility as fragility
 from .answers.fragility.posterior import fragility_posterior as fragility_posterior
 from .answers.fragility.sample_size.level_choice import levels_for as levels_for
@@ -21,6 +22,7 @@ from .answers.risk.hazard_curves import HazardCurve as HazardCurve, HazardLogicT
 from .answers.risk.losses import annual_losses as annual_losses, expected_annual_loss as expected_annual_loss
 from .answers.risk.period_based_ductility import period_based_ductility as period_based_ductility
 from .answers.risk.portfolio_losses import portfolio_losses as portfolio_losses
+from .answers.risk.repeated.damage_in_time import damage_in_time as damage_in_time
 from .answers.risk.risk_targets import (
     check_risk_target as check_risk_target,
     risk_targeted_intensity as risk_targeted_intensity,

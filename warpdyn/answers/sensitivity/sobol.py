@@ -44,7 +44,7 @@ def sobol_indices(
 
     A parameter with `per="storey"` and without storey correlation is one input per storey; with storey correlation it
     is one input. The scene is run for two sets A and B of `base_structures` structures from one Sobol sequence, and for
-    A with each input from B in turn: base_structures * (inputs + 2) structures, each under every motion.
+    A with one input from B at a time: base_structures * (inputs + 2) structures, each under every motion.
 
     Sources: Saltelli et al. (2010), "Variance based sensitivity analysis of model output", Computer Physics
     Communications 181 (first-order estimator, design); Jansen (1999), Computer Physics Communications 117 (total

@@ -5,6 +5,7 @@ shows the figure if the call is the last line of a cell.
 """
 
 from warpdyn.interfaces.plots.analyses.sensitivity import sensitivity
+from warpdyn.interfaces.plots.analyses.state_dependent import state_dependent_fragility
 from warpdyn.interfaces.plots.animation.sway import animate
 from warpdyn.interfaces.plots.buildings import building, pushover_curve
 from warpdyn.interfaces.plots.clouds import cloud_regression
@@ -45,5 +46,6 @@ __all__ = [
     "residual_drifts",
     "sensitivity",
     "spectra",
+    "state_dependent_fragility",
     "vulnerability",
 ]
