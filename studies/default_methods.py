@@ -10,10 +10,10 @@ damping and number of storeys. Each has four buildings (two shapes of the stiffn
 periods; for a single storey, four periods). They are subjected to the 44 far-field records at one, two and four times
 the intensity at which the building yields.
 
-With `--costs` the study measures computing times for each law, and writes the column of its processor (CPU or GPU) in
-data/default_method_costs.csv; run it once on each of the two. With `--scenes` it draws random scenes instead. For each
-it prints the cost of the default method divided by the least cost of the methods SEARCHED whose error is at most that
-of the default method.
+With `--costs` the study measures computing times for each law, with peak drifts only and with all recorders and a
+collapse limit. It writes the two columns of its processor (CPU or GPU) in data/default_method_costs.csv; run it once on
+each of the two. With `--scenes` it draws random scenes instead. For each it prints the cost of the default method
+divided by the least cost of the methods SEARCHED whose error is at most that of the default method.
 """
 
 from __future__ import annotations
@@ -22,6 +22,7 @@ import argparse
 import csv
 import io
 from collections.abc import Iterable
+from dataclasses import replace
 from itertools import product
 from pathlib import Path
 
@@ -31,8 +32,9 @@ from peers.storey_laws import LAWS
 
 from warpdyn.engine.kernels.queues import checked_devices
 from warpdyn.engine.methods.defaults import (
+    ALL_RECORDERS,
+    COLUMNS,
     COSTS,
-    DEVICES,
     ERRORS,
     FALLBACK,
     LIGHT_RAYLEIGH,
@@ -71,6 +73,7 @@ TIMED_PERIODS = (0.3, 1.0)  # first periods of the buildings [s]
 TIMED_RECORDS = (0, 5, 12, 14, 20, 28, 33, 40)  # indices in the far-field set, with steps of 5, 10 and 20 ms
 TIMED_STRUCTURES = {"cpu": 22, "cuda": 1365}  # number of structures: 528 samples on a CPU, 32,760 on a GPU
 TIMED_RUNS = 5
+COLLAPSE_DRIFT_RATIO = 0.1  # of the runs with all recorders; few samples reach it
 ERRORS_HEAD = """\
 # Errors of peak storey drifts by a method that takes `steps` steps in each default step of RK4, divided by those of RK4
 # at its default step. Buildings of one law and one kind of damping: 5 % of critical in the first mode (Rayleigh
@@ -83,8 +86,9 @@ ERRORS_HEAD = """\
 """
 COSTS_HEAD = """\
 # Time of the integration by a method that takes `steps` steps in each default step of RK4, divided by that of RK4 at
-# its default step, for buildings of five storeys of one law with Rayleigh damping. Empty where it was not measured.
-# Written by studies/default_methods.py --costs, once on each device.
+# its default step, for buildings of five storeys of one law with Rayleigh damping: with peak drifts only and, in columns
+# "..._with_all_recorders", with all recorders and a collapse limit. Empty where it was not measured. The costs on a CPU
+# were measured on an AMD EPYC with AVX-512. Written by studies/default_methods.py --costs, once on each device.
 """
 # Methods and steps of the exhaustive search, without methods that cost more than RK4 or Verlet at the same order.
 SEARCHED = ("rk4", "stoermer", "ssprk3", "kutta3", "velocity_verlet", "central_difference", "exact")
@@ -149,17 +153,19 @@ def least_seconds(runs: Iterable) -> np.ndarray:
 
 def measure_costs(law: str, device: str) -> list[dict[str, object]]:
     """Measure the run times of methods for a law on one device; return one table row per method and step."""
-    candidates, ratios = [BASE, *CANDIDATES], []
-    for period in TIMED_PERIODS:
-        scene = build_scene(law, TIMED_STOREYS, period, [records()[i] for i in TIMED_RECORDS], LEVELS)
-        case = Case(scene, TIMED_STRUCTURES[device], "cpu" if device == "cpu" else "cuda:0")
-        seconds = least_seconds([case.run(*key) for key in candidates])
-        ratios.append(seconds / seconds[0])
-    costs = np.exp(np.mean(np.log(ratios), axis=0))
-    return [
-        {"law": law, "method": key[0], "steps": key[1], device: f"{costs[candidates.index(key)]:.2f}"}
-        for key in CANDIDATES
-    ]
+    rows: list[dict[str, object]] = [{"law": law, "method": method, "steps": steps} for method, steps in CANDIDATES]
+    for end, recorders, limit in (("", ("drift",), None), (ALL_RECORDERS, None, COLLAPSE_DRIFT_RATIO)):
+        ratios = []
+        for period in TIMED_PERIODS:
+            motions = [records()[i] for i in TIMED_RECORDS]
+            scene = build_scene(law, TIMED_STOREYS, period, motions, LEVELS, recorders)
+            scene = replace(scene, collapse_drift_ratio=limit)
+            case = Case(scene, TIMED_STRUCTURES[device], "cpu" if device == "cpu" else "cuda:0")
+            seconds = least_seconds([case.run(*key) for key in (BASE, *CANDIDATES)])
+            ratios.append(seconds[1:] / seconds[0])
+        for row, cost in zip(rows, np.exp(np.mean(np.log(ratios), axis=0)), strict=True):
+            row[device + end] = f"{cost:.2f}"
+    return rows
 
 
 def write_table(name: str, head: str, columns: Iterable[str], rows: list[dict[str, object]]) -> None:
@@ -195,8 +201,8 @@ def write_costs(device: str) -> None:
         for row in measure_costs(law, device):
             print(*row.values(), flush=True)
             before = measured_costs().get((row["law"], row["method"], row["steps"]), {})  # type: ignore[arg-type]
-            rows.append({name: f"{cost:.2f}" for name, cost in before.items() if name != device} | row)
-    write_table(COSTS, COSTS_HEAD, ["law", "method", "steps", *DEVICES], rows)
+            rows.append({name: f"{cost:.2f}" for name, cost in before.items()} | row)
+    write_table(COSTS, COSTS_HEAD, ["law", "method", "steps", *COLUMNS], rows)
 
 
 def search(number: int, device: str) -> tuple[str, float, float]:
@@ -215,7 +221,12 @@ def search(number: int, device: str) -> tuple[str, float, float]:
     recorders = ("drift",) if storeys > 1 or random.random() < 0.5 else ("acceleration", "drift", "residual")
     scene = build_scene(law, storeys, period, motions, levels, recorders)
     case = Case(scene, TIMED_STRUCTURES[device], "cpu" if device == "cpu" else "cuda:0")
-    default = default_method(scene.structure.storey_law.forces(), (scene.structure.damping,), is_gpu=device != "cpu")
+    default = default_method(
+        scene.structure.storey_law.forces(),
+        (scene.structure.damping,),
+        is_gpu=device != "cpu",
+        records_only_drifts=recorders == ("drift",),
+    )
     chosen = case.run(default.method, default.steps)
 
     def error_of(run: object) -> float:

@@ -1,5 +1,6 @@
 """The method that a run takes where none is given: what the table says, that it holds, and how the dataset tells it."""
 
+from dataclasses import replace
 from itertools import product
 
 import numpy as np
@@ -10,6 +11,8 @@ import warpdyn as wd
 from warpdyn.campaigns.integration.settings import Integration, measured_dampings
 from warpdyn.engine.methods import defaults
 from warpdyn.engine.methods.defaults import (
+    ALL_RECORDERS,
+    COLUMNS,
     FALLBACK,
     LIGHT_RAYLEIGH,
     MOST_COST,
@@ -57,6 +60,11 @@ def test_rows_are_of_methods_laws_and_kinds_of_damping_that_exist():
     assert {name for name, _, _ in measured_costs()} <= wd.laws.LAWS.keys()
 
 
+def cost_of(law, method, steps):
+    """Return the measured costs of a method for a law, by column."""
+    return measured_costs()[law, method, steps]
+
+
 def largest_errors():
     """Return the largest 95 % quantile over the measured numbers of storeys, by law, damping, method and steps."""
     found = {}
@@ -80,17 +88,19 @@ def test_the_default_errs_no_more_than_rk4_for_every_law_damping_and_height(devi
 
 
 @pytest.mark.fast
-@pytest.mark.parametrize("device", ["cpu", "cuda"])
-def test_the_cheapest_method_that_is_as_accurate_and_cheaper_is_the_default(device):
+@pytest.mark.parametrize("column", COLUMNS)
+def test_the_cheapest_method_that_is_as_accurate_and_cheaper_is_the_default(column):
     known = largest_errors()
+    device = column.removesuffix(ALL_RECORDERS)
     for law, damping in {key[:2] for key in known}:
         within = {
-            (method, steps): measured_costs()[law, method, steps][device]
+            (method, steps): cost_of(law, method, steps).get(column, cost_of(law, method, steps)[device])
             for (name, kind, method, steps), error in known.items()
             if (name, kind) == (law, damping) and error <= MOST_ERROR
         }
         within = {key: cost for key, cost in within.items() if cost <= MOST_COST}
-        found = default_method(forces_of(law), (damping,), is_gpu=device == "cuda")
+        terms = {"is_gpu": device == "cuda", "records_only_drifts": column == device}
+        found = default_method(forces_of(law), (damping,), **terms)
         assert (found.method, found.steps) == min(within, key=within.get, default=(FALLBACK, 1))
 
 
@@ -170,8 +180,8 @@ def weakly_damped():
 def test_weakly_damped_higher_modes_are_integrated_by_rk4():
     scene = weakly_damped()
     found = Integration()
-    assert found.settled(forces_of("menegotto_pinto"), scene.structure, is_gpu=False).method == "rk4"
-    assert found.settled(forces_of("menegotto_pinto"), scene.structure, is_gpu=True).method == "rk4"
+    assert found.settled(forces_of("menegotto_pinto"), scene, is_gpu=False).method == "rk4"
+    assert found.settled(forces_of("menegotto_pinto"), scene, is_gpu=True).method == "rk4"
 
 
 @pytest.mark.thorough
@@ -203,6 +213,15 @@ def test_a_run_takes_the_default_and_says_why():
     assert np.array_equal(2 * found["integration_step"].values, rk4["integration_step"].values)
     again = run(scene, method="stoermer", step=found.attrs["step"])  # the attributes say all that it takes
     assert np.array_equal(again["peak_storey_drift"].values, found["peak_storey_drift"].values)
+
+
+@pytest.mark.parametrize("with_limit", [False, True])
+def test_recorders_and_a_collapse_limit_count_in_the_cost(monkeypatch, with_limit):
+    costs = {("takeda", "stoermer", 2): {"cpu": 0.5, "cpu" + ALL_RECORDERS: 1.3}}
+    monkeypatch.setattr(defaults, "measured_costs", lambda: costs)
+    assert run(scene_of()).attrs["method"] == "stoermer"
+    more = replace(scene_of(), collapse_drift_ratio=0.2) if with_limit else scene_of(recorders=("drift", "energy"))
+    assert run(more).attrs["method"] == "rk4"
 
 
 def test_stoermer_without_a_step_takes_two_for_each_of_rk4():

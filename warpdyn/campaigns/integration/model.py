@@ -112,7 +112,7 @@ def kernel_text(scene: Scene, method: str | None, dtype: str | None, device: str
     dynamics, damping = dynamics_of(scene), scene.structure.damping
     is_gpu = checked_devices(device)[0] != "cpu"
     how, error = Integration(method=method, dtype=dtype), dynamics.error_of_float32
-    integration = how.settled(dynamics.forces, scene.structure, is_gpu=is_gpu, error_of_float32=error)
+    integration = how.settled(dynamics.forces, scene, is_gpu=is_gpu, error_of_float32=error)
     check_fits(integration.method, dynamics.forces, damping)
     plan = plan_of(scene, dynamics, integration.method, integration.dtype, is_gpu=is_gpu)
     return composed(plans_of_events(plan, len(scene.excitation.event_names))[0]).text

@@ -124,7 +124,7 @@ def build_run(
         settled = how
     else:
         error = dynamics.error_of_float32
-        settled = how.settled(forces, scene.structure, is_gpu=execution.is_gpu, error_of_float32=error)
+        settled = how.settled(forces, scene, is_gpu=execution.is_gpu, error_of_float32=error)
         if error and how.dtype == "float32":
             warn_caller(
                 f"in float32, rounding makes the peak displacements of this structure wrong by {error:.2g} to "

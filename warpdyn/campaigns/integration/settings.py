@@ -30,6 +30,8 @@ from warpdyn.model.structures.structure import Structure
 if TYPE_CHECKING:
     from distributed import Client
 
+    from warpdyn.model.scene.scene import Scene
+
 ON_UNSTABLE = ("substep", "raise", "flag")
 DTYPES = ("float32", "float64")
 LEAST_TOLERANCE = {"float32": 1e-7, "float64": 1e-14}  # with a smaller one, the error estimate of a step is rounding
@@ -128,20 +130,25 @@ class Integration:
         return any(value is not None for value in (self.step, self.longest_step, self.target_error))
 
     def settled(
-        self, forces: StoreyForces, structure: Structure, *, is_gpu: bool, error_of_float32: float = 0.0
+        self, forces: StoreyForces, scene: Scene, *, is_gpu: bool, error_of_float32: float = 0.0
     ) -> Settled:
-        """Return the settings for a structure, with the default method if none is given, and the refinement of steps.
+        """Return the settings for a scene, with the default method if none is given, and the refinement of steps.
 
         Args:
             forces: Properties of the storey forces that the method must support.
-            structure: The nominal structure.
+            scene: The scene.
             is_gpu: Whether the structure is integrated on a GPU.
             error_of_float32: Estimated relative error of float32 if it is too large for a default [1]; otherwise 0.
         """
         default_dtype = "float64" if error_of_float32 else "float32"
         chosen: dict[str, Any] = {"method": self.nominal_method, "dtype": self.dtype or default_dtype}
         if self.method is None and self.target_error is None:
-            default = default_method(forces, measured_dampings(structure), is_gpu=is_gpu)
+            default = default_method(
+                forces,
+                measured_dampings(scene.structure),
+                is_gpu=is_gpu,
+                records_only_drifts=scene.recorders == ("drift",) and scene.collapse_limit is None,
+            )
             chosen |= {"method": default.method, "refinement": default.steps, "reason": default.reason}
         elif isinstance(METHODS[chosen["method"]], MultistepMethod) and not self.is_stepped:
             chosen |= {"refinement": STEPS_OF_MULTISTEP}

@@ -16,7 +16,7 @@ from warpdyn.engine.kernels.composition import Composed, compose, kernel_of
 from warpdyn.engine.kernels.kernel_cache import THREADS_OF_A_BLOCK, loaded
 from warpdyn.engine.kernels.lumped.division import divided_storeys, sections_of_storeys
 from warpdyn.engine.kernels.parts import straight_branches
-from warpdyn.engine.kernels.plan import Plan, keeps_drifts, keeps_slopes, options, values_held
+from warpdyn.engine.kernels.plan import Plan, has_few_values, keeps_drifts, keeps_slopes, options, values_held
 from warpdyn.engine.kernels.skeletons.dense import integrate_dense
 from warpdyn.engine.kernels.skeletons.explicit_chain import integrate_chain
 from warpdyn.engine.kernels.skeletons.explicit_lumped import integrate_lumped
@@ -109,7 +109,9 @@ def fitted(plan: Plan, is_gpu: bool) -> Plan:
             elif plan.dofs == 1:
                 lanes = CPU_LANES_OF_ONE_STOREY
             elif row.kind == "explicit" and keeps_drifts(plan):
-                unroll = 1
+                is_wide = plan.dtype == "float32" and has_wide_registers()
+                gains = is_wide and plan.dofs <= LONG_CHAIN and spring.rate is None and has_few_values(plan)
+                unroll = CPU_UNROLL if gains else 1
                 if plan.dtype == "float64" and plan.dofs > LONG_CHAIN:
                     lanes = CPU_LONG_LANES
             elif spring.leaves_line is not None:

@@ -117,18 +117,23 @@ class Plan:
 
 def options(plan: Plan) -> dict[str, object]:
     """Return the options of the Warp module that contains the kernel of a plan, such as the compiler flags."""
-    law, method = spring_row(plan.law), METHODS[plan.method]
+    method = METHODS[plan.method]
     in_registers = plan.family != "dense" and method.kind == "explicit" and not keeps_slopes(method)
     # Loops over a law's many values must be unrolled; otherwise LLVM does not vectorise the lane loops around them.
-    has_few_values = max(law.memory, law.coefficients) < FEWEST_LANES
-    is_small = has_few_values and plan.damping != "modal"
+    is_small = has_few_values(plan) and plan.damping != "modal"
     # Kernels that record histories run few samples. Compile them with the flags of the other kernels, so that Warp does
     # not precompile its headers a second time.
     gains = (plan.lanes > 1 and plan.max_unroll > 1) or plan.recorders == ("history",)
     # If the storeys have several laws, and one law has many values, LLVM unrolls the loops over lanes. Measured in
     # float64 with isolators below storeys of two laws: without fused products, kernels take 0.9 and 1.5 times as long.
-    fuses = has_few_values or not is_mixed(plan.law)
+    fuses = has_few_values(plan) or not is_mixed(plan.law)
     return module_options(plan.max_unroll, in_registers and is_small and gains, fuses)
+
+
+def has_few_values(plan: Plan) -> bool:
+    """Return whether loops over the memory and the coefficients of the plan's law have fewer iterations than lanes."""
+    law = spring_row(plan.law)
+    return max(law.memory, law.coefficients) < FEWEST_LANES
 
 
 def row_types(plan: Plan) -> tuple:

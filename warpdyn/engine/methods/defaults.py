@@ -2,7 +2,8 @@
 
 The default method is chosen from tables of measured errors and costs. studies/default_methods.py measures the errors
 for each storey law and kind of damping (data/default_methods.csv), and the costs for each storey law on a CPU and on a
-GPU (data/default_method_costs.csv).
+GPU (data/default_method_costs.csv): with peak drifts only, and with all recorders and a collapse limit. Recorders need a
+larger share of the time of methods with short, cheap steps.
 """
 
 from __future__ import annotations
@@ -33,6 +34,8 @@ WORDS = {
     LIGHT_RAYLEIGH: "rayleigh damping of less than 5 % in the first two modes",
 }
 DEVICES = {"cpu": "a CPU", "cuda": "a GPU"}
+ALL_RECORDERS = "_with_all_recorders"  # end of the names of columns with costs of runs with all recorders
+COLUMNS = tuple(device + end for device in DEVICES for end in ("", ALL_RECORDERS))
 
 
 @dataclass(frozen=True)
@@ -92,17 +95,21 @@ def measured_methods() -> tuple[Measured, ...]:
 
 @cache
 def measured_costs() -> dict[tuple[str, str, int], dict[str, float]]:
-    """Return the measured costs of methods: {(law, method, steps): {device: run time divided by that of RK4}}."""
+    """Return the measured costs of methods: {(law, method, steps): {column: run time divided by that of RK4}}."""
     return {
         (row["law"], row["method"], int(row["steps"])): {
-            device: float(row[device]) for device in DEVICES if row[device]
+            column: float(row[column]) for column in COLUMNS if row[column]
         }
         for row in packaged_rows(COSTS)
     }
 
 
 def default_method(
-    forces: StoreyForces, dampings: tuple[str, ...] = ("none",), *, is_gpu: bool = False
+    forces: StoreyForces,
+    dampings: tuple[str, ...] = ("none",),
+    *,
+    is_gpu: bool = False,
+    records_only_drifts: bool = True,
 ) -> DefaultMethod:
     """Return the method that `simulate` uses if neither method nor step is given.
 
@@ -115,6 +122,8 @@ def default_method(
         forces: Storey forces of the structure.
         dampings: Kinds of damping of the structure, as in the table of errors.
         is_gpu: Whether the structure is simulated on a GPU.
+        records_only_drifts: Whether the run records only peak drifts and has no collapse limit. Otherwise the costs
+            with all recorders decide; where these were not measured, the costs with peak drifts only.
     """
     if forces.is_lumped:
         return DefaultMethod(FALLBACK, 1, "other methods were not measured with lumped structures")
@@ -128,7 +137,8 @@ def default_method(
     for method, steps in dict.fromkeys((row.method, row.steps) for row in rows):
         own = [row for row in rows if (row.method, row.steps) == (method, steps)]
         found = [measured_costs().get((name, method, steps), {}) for name in names]
-        costs = [each[device] for each in found if device in each]
+        end = "" if records_only_drifts or not all(device + ALL_RECORDERS in each for each in found) else ALL_RECORDERS
+        costs = [each[device + end] for each in found if device + end in each]
         pairs = {(row.law, row.damping) for row in own}
         is_measured = len(pairs) == len(set(names)) * len(set(dampings)) and len(costs) == len(names)
         if not is_measured or max(row.error_95 for row in own) > MOST_ERROR or min(costs) > least:

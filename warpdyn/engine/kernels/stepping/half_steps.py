@@ -29,12 +29,14 @@ def names(plan):
 
     dtype, method = DTYPES[plan.dtype], METHODS[plan.method]
     latest, before, earlier = method.velocity
-    # Displacements and velocities of the floors, sums over the storeys, are not needed for these recorders.
-    of_storeys = {"drift", "residual", "time_of_peak", "base_shear"}
+    # Velocities and displacements of the floors, sums over the storeys, are not needed for these recorders.
+    without_velocities = {"drift", "residual", "time_of_peak", "base_shear"}
+    without_displacements = without_velocities | {"acceleration", "energy"}
     return {
         # Inverse masses are multiplied by h^2 if no recorder needs accelerations.
         "SCALES": "not HAS_SEE_FORCES",
-        "FLOORS": plan.damping == "modal" or not set(plan.recorders) <= of_storeys,
+        "FLOOR_VELOCITIES": plan.damping == "modal" or not set(plan.recorders) <= without_velocities,
+        "FLOOR_DISPLACEMENTS": not set(plan.recorders) <= without_displacements,
         "correction": wp.constant(dtype(method.correction)),
         "weight_of_last": wp.constant(dtype(latest)),
         "weight_of_second": wp.constant(dtype(before)),
@@ -207,23 +209,27 @@ def end_attempt():
                     drifts[i, j] = dtype(0.0)
                     rates[i, j] = dtype(0.0)
                     turns[i, j] = dtype(0.0)
-    if FLOORS:
+    if FLOOR_VELOCITIES:
         for i in range(N):
             for j in range(LANES):
-                u[i, j] = drifts[i, j]
                 v[i, j] = rates[i, j]
                 if i > 0:
-                    u[i, j] += u[i - 1, j]
                     v[i, j] += v[i - 1, j]
+                if FLOOR_DISPLACEMENTS:
+                    u[i, j] = drifts[i, j]
+                    if i > 0:
+                        u[i, j] += u[i - 1, j]
         if SECTIONS:
             for j in range(LANES):
                 below_u = dtype(0.0)
                 below_v = dtype(0.0)
                 for q in range(THREADS):
-                    below_u = below(below_u + u[N - 1, j], section, THREADS)
+                    if FLOOR_DISPLACEMENTS:
+                        below_u = below(below_u + u[N - 1, j], section, THREADS)
                     below_v = below(below_v + v[N - 1, j], section, THREADS)
                 for i in range(N):
-                    u[i, j] += below_u
+                    if FLOOR_DISPLACEMENTS:
+                        u[i, j] += below_u
                     v[i, j] += below_v
 
 
