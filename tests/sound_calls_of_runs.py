@@ -25,6 +25,8 @@ def with_runs(folder: Path) -> dict[str, Call]:
     )
     falling = wd.ShearBuilding(1e5, 4e7, 3.0, law=falling)
     cloud = wd.simulate(wd.Scene(building, wd.Cloud(ns["motions"]), ns["scatter"]), structures=4)
+    vector = {"run": run, "limits": {"slight": 0.005}, "motions": ns["motions"]}
+    vector |= {"measures": (wd.SpectralAcceleration(0.05), wd.SpectralAcceleration(1.4))}
     twice = wd.EventSequence({"mainshock": ns["stripes"], "aftershock": ns["stripes"]})
     shocks = wd.simulate(wd.Scene(building, twice, ns["scatter"], recorders=("drift",)), structures=8)
     damaged = wd.state_dependent_fragility(shocks, {"slight": 0.004, "complete": 0.015})
@@ -89,6 +91,22 @@ def with_runs(folder: Path) -> dict[str, Call]:
         "damage_in_time": (
             wd.damage_in_time,
             {"curves": damaged, "hazard": hazard, "years": [50.0], "confidence": 0.9},
+        ),
+        "compare_measures": (
+            wd.compare_measures,
+            {"run": cloud, "motions": ns["motions"], "measures": [wd.PeakGroundAcceleration()], "covariates": None}
+            | {"confidence": 0.9},
+        ),
+        "fragility_surface": (wd.fragility_surface, vector | {"confidence": 0.9}),
+        "convert_curves": (
+            wd.convert_curves,
+            {
+                "curves": curves,
+                "motions": ns["motions"],
+                "measure": wd.PeakGroundAcceleration(),
+                "to": vector["measures"][0],
+            }
+            | {"confidence": 0.9, "seed": 1},
         ),
         "sobol_indices": (
             wd.sobol_indices,
@@ -195,5 +213,6 @@ def with_runs(folder: Path) -> dict[str, Call]:
         "plots.ida_curves": (wd.plots.ida_curves, {"dataset": both, "colour": "#0072B2", "scale": "linear"}),
         "plots.sensitivity": (wd.plots.sensitivity, {"dataset": wd.tornado(scene).isel(stripe=0)}),
         "plots.state_dependent_fragility": (wd.plots.state_dependent_fragility, {"dataset": damaged}),
+        "plots.fragility_surface": (wd.plots.fragility_surface, {"dataset": wd.fragility_surface(**vector)}),
         "plots.vulnerability": (wd.plots.vulnerability, {"dataset": losses, "scale": "log"}),
     }

@@ -34,6 +34,12 @@ def shares_of_variance() -> xr.Dataset:
     return xr.Dataset(shares, {"input": ["mass", "stiffness (storey 2)"]})
 
 
+def made_surface() -> xr.Dataset:
+    axes = {"first_intensity": [0.1, 0.2, 0.4], "second_intensity": [0.1, 0.3]}
+    values = [[[0.05, 0.1], [0.3, 0.6], [0.8, 0.95]]]
+    return xr.Dataset({"probability": (("damage_state", *axes), values)}, {"damage_state": ["slight"], **axes})
+
+
 def damaged_curves() -> xr.Dataset:
     dims, nan = ("from_state", "damage_state"), np.nan
     values = {
@@ -56,6 +62,7 @@ PLOTS = {
     "drift_over_height": (lambda **how: plots.drift_over_height(MERGED, **how), 1),
     "fragility_comparison": (lambda **how: plots.fragility_comparison({"a": CURVES, "b": MERGED}, **how), 2),
     "fragility_curves": (lambda **how: plots.fragility_curves(MERGED, **how), 1),
+    "fragility_surface": (lambda **how: plots.fragility_surface(made_surface(), **how), 1),
     "frame": (lambda **how: plots.frame(portal(), **how), 1),
     "ground_motions": (lambda **how: plots.ground_motions([PULSE, WEAK], **how), 3),
     "hazard_and_rates": (lambda **how: plots.hazard_and_rates(FITTED, SITE, **how), 2),

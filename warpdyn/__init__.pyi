@@ -20,6 +20,9 @@ from .answers.risk.event_losses import event_losses as event_losses
 from .answers.risk.exceedance_probability import exceedance_probability as exceedance_probability
 from .answers.risk.hazard_curves import HazardCurve as HazardCurve, HazardLogicTree as HazardLogicTree
 from .answers.risk.losses import annual_losses as annual_losses, expected_annual_loss as expected_annual_loss
+from .answers.risk.measures.comparison import compare_measures as compare_measures
+from .answers.risk.measures.conversion import convert_curves as convert_curves
+from .answers.risk.measures.surface import fragility_surface as fragility_surface
 from .answers.risk.period_based_ductility import period_based_ductility as period_based_ductility
 from .answers.risk.portfolio_losses import portfolio_losses as portfolio_losses
 from .answers.risk.repeated.damage_in_time import damage_in_time as damage_in_time
@@ -96,6 +99,7 @@ from .model.ground_motions.forces import (
     HarmonicForce as HarmonicForce,
     unbalance_force as unbalance_force,
 )
+from .model.ground_motions.measures.filtered_velocity import FilteredIncrementalVelocity as FilteredIncrementalVelocity
 from .model.ground_motions.measures.one_component import (
     AriasIntensity as AriasIntensity,
     AverageSpectralAcceleration as AverageSpectralAcceleration,

@@ -129,9 +129,7 @@ class Integration:
         """Whether the user determines the step, directly or by a target error."""
         return any(value is not None for value in (self.step, self.longest_step, self.target_error))
 
-    def settled(
-        self, forces: StoreyForces, scene: Scene, *, is_gpu: bool, error_of_float32: float = 0.0
-    ) -> Settled:
+    def settled(self, forces: StoreyForces, scene: Scene, *, is_gpu: bool, error_of_float32: float = 0.0) -> Settled:
         """Return the settings for a scene, with the default method if none is given, and the refinement of steps.
 
         Args:
