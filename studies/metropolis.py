@@ -2,13 +2,14 @@
 
     python studies/metropolis.py --out results
     python studies/metropolis.py --out results --buildings 1840000      # on a GPU
+    python studies/metropolis.py --out results --flexural-shear
 
 The study follows SimCenter's Bay Area testbed: 1.84 million buildings, a magnitude 7 earthquake on the Hayward fault,
 and 25 pairs of ground motions. An inventory becomes a portfolio of Hazus buildings. Peak accelerations are drawn as
 spatially correlated fields on a grid. Each building is analysed under the motions of nearby grid points, and only
 statistics are stored. The study writes metropolis_buildings.parquet (GeoParquet with the probabilities of damage and
 loss of each building, and their uncertainty), metropolis.nc (losses and damage of the city for each event) and a
-figure.
+figure. With --flexural-shear, buildings above ten storeys are flexural-shear buildings instead of chains of storeys.
 """
 
 from __future__ import annotations
@@ -20,6 +21,7 @@ import numpy as np
 from parts.command_line import file_in, read_arguments, save_figures
 from parts.metropolis.figure import draw
 from parts.metropolis.region import build_inventory, shaking
+from parts.metropolis.tall import MOST_CHAIN_STOREYS, tall_archetypes
 from portfolio import CORRELATION, SCATTER
 
 import warpdyn as wd
@@ -32,13 +34,15 @@ COLLAPSE_DRIFT_RATIO = 0.10  # storey drift ratio at which a building collapses 
 
 def main() -> None:
     """Run the study from the command line."""
-    arguments = read_arguments(__doc__, 20_000, meaning="buildings of the region", counted="buildings")
+    tall = {"flexural-shear": f"flexural-shear buildings above {MOST_CHAIN_STOREYS} storeys"}
+    arguments = read_arguments(__doc__, 20_000, "buildings of the region", counted="buildings", switches=tall)
     target = file_in(arguments.out, "metropolis.nc")
     times = {"": time.perf_counter()}
 
     inventory = build_inventory(arguments.buildings, arguments.seed)
     times["inventory"] = time.perf_counter()
-    stock = wd.inventories.portfolio(inventory, scatter=SCATTER, correlation=CORRELATION)
+    own, limits = tall_archetypes() if arguments.flexural_shear else ({}, {})
+    stock = wd.inventories.portfolio(inventory, archetypes=own, limits=limits, scatter=SCATTER, correlation=CORRELATION)
     pairs = wd.records.pairs(wd.records.near_field())[:PAIRS]
     design = shaking(inventory, stock, pairs, arguments.seed)
     times["portfolio and motions"] = time.perf_counter()

@@ -145,7 +145,7 @@ TWO = [{"x": 1.0}, {"y": 1.0}]
         (structure(influence=TWO), MOTION, {}, "2 influence vectors, but the base motion has 1 components"),
         (wd.ShearBuilding(1.0, 1.0, 3.0), PAIR, {}, "a pair of motions needs a LumpedStructure"),
         (structure(), MOTION, {"recorders": ("output",)}, "recorder 'output' needs outputs="),
-        (structure(), MOTION, {"recorders": ("drift",)}, "unknown recorder of a LumpedStructure 'drift'"),
+        (structure(), MOTION, {"recorders": ("drift",)}, "recorder 'drift' needs storeys"),
         (structure(), MOTION, {"collapse_drift_ratio": 0.1}, "collapse_drift_ratio needs storeys"),
         (structure(), wd.FreeVibration(1.0, velocity=[1.0, 0.0, 0.0]), {}, "has 3 values, but the structure has 2"),
     ],
@@ -197,3 +197,21 @@ def test_a_drawn_value_that_is_wrong_is_named(scatter, message):
     scene = wd.Scene(damped, MOTION, {name: wd.GivenValues(values) for name, values in scatter.items()})
     with pytest.raises(ValueError, match=message):
         wd.simulate(scene, device="cpu")
+
+
+@pytest.mark.parametrize(
+    ("load", "name"),
+    [
+        (wd.FreeVibration(1.0, velocity=0.1), "FreeVibration.velocity"),
+        (wd.FreeVibration(1.0, displacement=0.1), "FreeVibration.displacement"),
+        (wd.HarmonicForce([0.0, 0.0, 0.0], 1.0, 1.0, initial_velocity=0.1), "HarmonicForce.initial_velocity"),
+    ],
+)
+def test_one_initial_value_for_translations_and_rotations_is_refused(load, name):
+    turning = {"mass": MASS | {"theta": 1e6}, "influence": {"x": 1.0}}
+    deck = structure(springs=[*BOTH, wd.Spring("c", {"theta": 1.0}, stiffness=1e8)], **turning)
+    match = rf"{name} has 1 value \[m.*rad.*\], .* rotations \(theta\): give one value per degree of freedom, shape \[3"
+    with pytest.raises(ValueError, match=match):
+        wd.Scene(deck, load)
+    wd.Scene(deck, wd.FreeVibration(1.0, velocity=[0.1, 0.1, 0.0]))
+    wd.Scene(structure(rotations=["x", "y"], influence={"x": 1.0}), wd.FreeVibration(1.0, velocity=0.1))

@@ -25,7 +25,7 @@ BAD = {
     "count": (lambda: wd.Portfolio({"a": wd.Archetype(chain(1), 0)}), "^count must be a whole number"),
     "building": (
         lambda: wd.Portfolio({"a": wd.Archetype(wd.LinearSystem([1.0], [[0.0]], [[1.0]]))}),
-        "^building must be a ShearBuilding, got LinearSystem",
+        "^building must be a ShearBuilding or a LumpedStructure with storeys, got LinearSystem",
     ),
     "listed": (
         lambda: wd.Portfolio({"ok": wd.Archetype(chain(1)), "a": wd.Archetype(chain(3), 5, TABLE)}),

@@ -11,6 +11,7 @@ from .answers.fragility.posterior import fragility_posterior as fragility_poster
 from .answers.fragility.sample_size.level_choice import levels_for as levels_for
 from .answers.fragility.sample_size.target_precision import fragility_to as fragility_to
 from .answers.risk.annual_rates import annual_rates as annual_rates
+from .answers.risk.buildings.annual_losses import building_annual_losses as building_annual_losses
 from .answers.risk.collapse_margin import (
     collapse_margin as collapse_margin,
     spectral_shape_factor as spectral_shape_factor,
@@ -161,6 +162,7 @@ from .model.structures.builders.torsional_building import (
 from .model.structures.builders.vehicles import HalfCar as HalfCar, QuarterCar as QuarterCar
 from .model.structures.frames.fishbone import fishbone as fishbone
 from .model.structures.frames.frame import Frame as Frame
+from .model.structures.frames.hinged_fishbone import HingedFishbone as HingedFishbone
 from .model.structures.frames.sticks import equivalent_stick as equivalent_stick
 from .model.structures.hazus import hazus_drift_limits as hazus_drift_limits
 from .model.structures.lumped.biaxial_spring import BiaxialSpring as BiaxialSpring

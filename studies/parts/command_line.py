@@ -20,7 +20,13 @@ gc.set_threshold(50_000, 20, 50)
 atexit.register(gc.freeze)
 
 
-def read_arguments(description: str | None, count: int, meaning: str, counted: str = "samples") -> argparse.Namespace:
+def read_arguments(
+    description: str | None,
+    count: int,
+    meaning: str,
+    counted: str = "samples",
+    switches: Mapping[str, str] | None = None,
+) -> argparse.Namespace:
     """Return the command-line arguments `out`, `device`, `samples` (or another count) and `seed`.
 
     Args:
@@ -28,12 +34,15 @@ def read_arguments(description: str | None, count: int, meaning: str, counted: s
         count: Default value of the count.
         meaning: Description of the count that `--help` prints.
         counted: Name of the argument for the count, such as "structures".
+        switches: Name of each argument without a value, such as "fast" -> its description.
     """
     parser = argparse.ArgumentParser(description=description, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--out", type=Path, default=Path("results"), help="folder for the results [%(default)s]")
     parser.add_argument("--device", help="cpu or cuda:0 [the first GPU, or the CPU]")
     parser.add_argument(f"--{counted}", type=int, default=count, help=f"{meaning} [%(default)s]")
     parser.add_argument("--seed", type=int, default=0, help="seed of every random draw [%(default)s]")
+    for name, words in (switches or {}).items():
+        parser.add_argument(f"--{name}", action="store_true", help=words)
     return parser.parse_args()
 
 

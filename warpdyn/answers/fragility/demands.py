@@ -101,7 +101,10 @@ def checked_demand(function: str, dataset: xr.Dataset, name: str, status: np.nda
         named = [each for each in (DRIFT, *known) if each in known and str(name).lower() in each.split("_")]
         if name == DRIFT and "spring" in dataset.dims:
             listed = ", ".join(known)
-            advice = "a lumped structure has no storey drifts: give demand=, such as demand='peak_spring_deformation'"
+            advice = (
+                "a lumped structure has drift ratios if it has storeys (storey_height=) and the recorder 'drift'; "
+                "otherwise give demand=, such as demand='peak_spring_deformation'"
+            )
             advice += f"; the run has {listed}" if known else ""
         hint = f" (did you mean {named[0]!r}?)" if named else did_you_mean(name, known)
         raise ValueError(f"the dataset has no {name!r}{hint}: {advice}")

@@ -267,10 +267,11 @@ def _recorders_for(scene: Scene, demand: str, *, added_storeys: bool) -> tuple[s
     """Return the recorders that the search needs: of the demand, and of drifts, which show when a storey yields."""
     table = RECORDERS[scene.structure.family]
     filled = {name: row for row, names in table.items() for name, variable in names.items() if variable.is_demand}
-    drift = ("drift",) if "drift" in table else ()
-    if drift:
-        filled[DRIFT_RATIO] = "drift"
     structure = scene.structure
+    filled = {name: row for name, row in filled.items() if row not in structure.lacking}
+    if "drift" in filled.values():
+        filled[DRIFT_RATIO] = "drift"
+    drift = ("drift",) if "drift" in filled.values() and not isinstance(structure, LumpedStructure) else ()
     if isinstance(structure, LumpedStructure) and demand not in filled:
         raise ValueError(
             f"capacities: {structure!r} has no demand {demand!r}: give demand=, such as "
@@ -278,7 +279,7 @@ def _recorders_for(scene: Scene, demand: str, *, added_storeys: bool) -> tuple[s
         )
     one_of(f"demand of a {type(structure).__name__}", demand, sorted(filled))
     if isinstance(structure, LumpedStructure):
-        dims = table[filled[demand]][demand].dims
+        dims = table[filled[demand]][demand].dims if demand != DRIFT_RATIO else ("storey",)
         problem = structure.kinds.unit_problem(demand, dims[0], added_storeys=added_storeys) if dims else None
         if problem:
             raise ValueError(f"capacities: {problem}")

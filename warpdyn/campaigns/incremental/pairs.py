@@ -220,6 +220,6 @@ class Pairs:
         if dims and not self.added_storeys:
             if isinstance(structure, ShearBuilding):  # the floor above a storey counts if the storey does
                 return structure.own_storeys
-            if isinstance(structure, LumpedStructure):
+            if isinstance(structure, LumpedStructure) and dims[0] != "storey":
                 return structure.kinds.of_building(dims[0])
         return np.ones(places, dtype=bool)

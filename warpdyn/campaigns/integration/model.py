@@ -17,7 +17,7 @@ from warpdyn.engine.kernels import arguments
 from warpdyn.engine.kernels.auxiliary.interpolation import interpolated
 from warpdyn.engine.kernels.build import composed, fitted, undivided
 from warpdyn.engine.kernels.output_table import RECORDERS, STATE, recorded
-from warpdyn.engine.kernels.plan import Plan, memory_of_springs
+from warpdyn.engine.kernels.plan import Plan, has_line, memory_of_springs
 from warpdyn.engine.kernels.queues import checked_devices
 from warpdyn.engine.methods.defaults import FALLBACK
 from warpdyn.engine.methods.kinds import MultistepMethod
@@ -59,6 +59,8 @@ def plan_of(scene: Scene, dynamics: Dynamics, method: str, dtype: str, *, is_gpu
     of_modes = "general" if dynamics.couples_modes else "classical"
     # Peak drifts decide which samples are run again in float64, and which are run again to check their reliability.
     judging = {dynamics.peak[1]} if dynamics.counts_reversals or dynamics.is_sensitive else set()
+    if scene.structure.family == "lumped" and "drift" in scene.recorders:
+        judging |= {"spring"}  # storey drifts are the largest deformations of springs
     plan = Plan(
         family=scene.structure.family,
         dofs=scene.structure.dofs,
@@ -153,7 +155,14 @@ class Model:
     def _recorded(self, recorders: tuple[str, ...]) -> dict[str, Variable]:
         """Return the variables that the given recorders and the method fill for each sample, by name."""
         plan, is_adaptive = self.plan, self.method.is_adaptive
-        return recorded(plan.family, recorders, is_adaptive=is_adaptive, collapses=plan.collapses)
+        return recorded(
+            plan.family,
+            recorders,
+            is_adaptive=is_adaptive,
+            collapses=plan.collapses,
+            has_line=has_line(plan),
+            has_storeys=plan.pattern is not None and bool(plan.pattern.storeys),
+        )
 
     @cached_property
     def demands(self) -> dict[str, Variable]:

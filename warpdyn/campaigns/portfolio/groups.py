@@ -16,8 +16,9 @@ from warpdyn.campaigns.integration.time_grid import default_step
 from warpdyn.engine.methods.table import METHODS, Method, check_fits
 from warpdyn.foundations.core.messages import amount_of, collected_warnings, warn_caller
 from warpdyn.model.scene.portfolio import Portfolio, named
-from warpdyn.model.scene.scatter import GivenValues
+from warpdyn.model.scene.scatter import DrawnValues, GivenValues
 from warpdyn.model.scene.scene import Scene
+from warpdyn.model.structures.lumped.structure import LumpedStructure
 from warpdyn.model.structures.physics import physics_problem
 from warpdyn.model.structures.shear_building import ShearBuilding
 from warpdyn.model.structures.structure import Structure
@@ -48,7 +49,8 @@ class Group:
         """Return a context in which messages of errors and warnings begin with a description of these buildings."""
         shown = ", ".join(repr(name) for name in self.archetypes[:3]) + (", ..." if len(self.archetypes) > 3 else "")
         many = "s" if len(self.archetypes) > 1 else ""
-        count, storeys = amount_of(self.buildings.size, "building"), amount_of(self.scene.structure.dofs, "storey")
+        structure: ShearBuilding | LumpedStructure = self.scene.structure  # type: ignore[assignment]  # of an Archetype
+        count, storeys = amount_of(self.buildings.size, "building"), amount_of(structure.storeys, "storey")
         who = f"{count} of {storeys} (archetype{many} {shown})"
         caught: list[tuple[str, type[Warning]]] = []
         try:
@@ -75,6 +77,11 @@ def scenes_of(scene: Scene) -> dict[str, Scene]:
     scenes = {}
     for name, archetype in portfolio_of(scene).archetypes.items():
         with named(name):
+            if isinstance(archetype.building, LumpedStructure) and scene.recorders != ("drift",):
+                raise ValueError(
+                    "a portfolio with lumped structures records storey drifts only, because shear buildings have no "
+                    "springs: give Scene(..., recorders=('drift',))"
+                )
             scenes[name] = replace(
                 scene, structure=archetype.building, scatter=archetype.scatter, correlation=archetype.correlation
             )
@@ -129,13 +136,13 @@ def groups_of(
         kernel = plan_of(own, dynamics, method, "float32", is_gpu=False)
         # Default steps, checks and reruns in float64 depend on these properties, which all buildings of a group share.
         treated = dynamics.counts_reversals, dynamics.is_sensitive
-        members.setdefault((kernel, *_kind(own.structure), *treated, longest), []).append(place)
+        members.setdefault((kernel, *_kind(own.structure, place), *treated, longest), []).append(place)
     groups = []
     # Low buildings first: their kernels are compiled fastest, and most buildings of a city are low.
     for (*_, longest), places in sorted(members.items(), key=lambda member: member[0][0].dofs):
         values = [drawn[place] for place in places]
         buildings = np.concatenate([portfolio.first[i] + np.arange(portfolio.counts[i]) for i in places])
-        listed = {key: GivenValues(np.concatenate([parameters[key] for parameters in values])) for key in values[0]}
+        listed = {key: DrawnValues(np.concatenate([parameters[key] for parameters in values])) for key in values[0]}
         one = archetypes[names[places[0]]][0]
         excitation = one.excitation.of_structures(buildings, seed)
         whole = replace(one, scatter=listed, correlation={}, excitation=excitation)
@@ -143,9 +150,16 @@ def groups_of(
     return groups
 
 
-def _kind(building: Structure) -> tuple:
-    """Return the properties (other than kernel and parameter values) that all buildings of a group must share."""
-    assert isinstance(building, ShearBuilding)
+def _kind(building: Structure, place: int) -> tuple:
+    """Return the properties (other than kernel and parameter values) that all buildings of a group must share.
+
+    Args:
+        building: The building of an archetype.
+        place: Number of the archetype. Each archetype of a LumpedStructure is a group, because its matrices are not
+            parameters.
+    """
+    if not isinstance(building, ShearBuilding):
+        return (place,)
     damping = building.damping, building.damping_modes, building.damped_storeys
     own_storeys = tuple(building.own_storeys.tolist())
     return (
@@ -179,7 +193,7 @@ def parameters_of(portfolio: Portfolio, name: str, seed: int) -> dict[str, np.nd
             values |= sampler.draw(np.arange(first, first + count), is_all=False)
         nominal = building.parameters.items()
         values = {k: values[k] if k in values else np.broadcast_to(v, (count, *v.shape)) for k, v in nominal}
-        problem = building.storey_law.problem(values) or physics_problem(values)
+        problem = building.problem(values) or physics_problem(values)
         if problem:
             raise ValueError(f"drawn: {problem}; {REMEDY_OF_COMBINATIONS}")
     return values

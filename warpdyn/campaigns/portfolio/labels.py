@@ -47,17 +47,20 @@ class Joined:
         rest: xr.Dataset,
     ) -> None:
         self.portfolio, self.samples_per_building = portfolio, samples_per_building
+        kept = [{name: v for name, v in each.variables.items() if _is_of_storeys(name, v)} for each in templates]
+        for of_group, known in zip(rows, kept, strict=True):
+            for name in of_group.keys() - known.keys():
+                del of_group[name]
         self.parts = list(zip(buildings, rows, strict=True))
         self.archetype = np.repeat(np.arange(len(portfolio.archetypes), dtype=np.int32), portfolio.counts)
         self.of_run = rest
         # For each variable name: the variable of the first group that has it, and a number type for all groups.
         found: dict[str, xr.Variable] = {}
-        for template in templates:
-            found = template.variables | found
+        for variables in kept:
+            found = variables | found
         self.rest = {name: v for name, v in found.items() if v.dims[:1] == ("motion",)}
         self.columns = {name: v for name, v in found.items() if v.dims[:1] == ("sample",)}
-        variables = [template.variables for template in templates]
-        types = {name: [each[name].dtype for each in variables if name in each] for name in self.columns}
+        types = {name: [each[name].dtype for each in kept if name in each] for name in self.columns}
         self.dtypes = {name: np.result_type(*of_groups) for name, of_groups in types.items()}
         self.coordinates = {name for template in templates for name in template.coords}
 
@@ -138,6 +141,11 @@ class Joined:
         coordinates |= self.portfolio.numbered(recorders)
         attributes = trace(str(self.of_run.attrs["title"]), "simulate")
         return xr.Dataset(variables | self.rest, coordinates, attributes | {"scene": self.of_run.attrs["scene"]})
+
+
+def _is_of_storeys(name: str, variable: xr.Variable) -> bool:
+    """Return whether a portfolio's dataset has a variable of a group: not those of springs and degrees of freedom."""
+    return name != "spring_of_collapse" and not {"spring", "dof", "member", "output"} & set(variable.dims)
 
 
 def table_of_archetypes(names: Iterable[str], storeys: ArrayLike, buildings: ArrayLike) -> dict[str, xr.Variable]:

@@ -137,7 +137,7 @@ class Population:
             kind = int(self.archetype[structures[0]])
             structure = list(self.portfolio.archetypes.values())[kind].building
         dims = self.demand(demand).dims
-        if isinstance(structure, LumpedStructure) and dims and not added_storeys:
+        if isinstance(structure, LumpedStructure) and dims and dims != ("storey",) and not added_storeys:
             counted = np.flatnonzero(structure.kinds.of_building(dims[0]))
             if counted.size == structure.length_along(dims[0]):
                 return None

@@ -13,15 +13,16 @@ from warpdyn.foundations.core.output_variables import Variable
 
 # Family of the structure ("chain" or "dense") -> recorder -> name in the dataset -> variable.
 RECORDERS = recorders()
+STOREY_OF_COLLAPSE = Variable(
+    (), "1", "storey that collapsed first, counted from 1; -1 where none did", is_demand=False, is_whole=True
+)
 # Variables that `parts/collapse.py` writes. They are here because that module imports Warp, which a Scene does not
 # need.
 COLLAPSE = {
     "time_of_collapse": Variable(
         (), "s", "time at which a storey drift passed its capacity, or end of a run in which it falls", is_demand=False
     ),
-    "storey_of_collapse": Variable(
-        (), "1", "storey that collapsed first, counted from 1; -1 where none did", is_demand=False, is_whole=True
-    ),
+    "storey_of_collapse": STOREY_OF_COLLAPSE,
 }
 COLLAPSE_OF_SPRINGS = {  # `lumped/spring_collapse.py`
     "time_of_collapse": Variable(
@@ -35,19 +36,41 @@ COLLAPSE_OF_SPRINGS = {  # `lumped/spring_collapse.py`
         is_whole=True,
     ),
 }
+OF_ROTATIONS = {  # `stepping/column_line.py`
+    "spring_without_equilibrium": Variable(
+        (),
+        "1",
+        "index along spring of the hinge with the largest unbalanced moment in the first state without equilibrium; "
+        "-1 where all states had one",
+        is_demand=False,
+        is_whole=True,
+    ),
+}
 # The recorder of the final state, with which the next event of a sequence starts; the dataset does not contain it.
 STATE = "state"
 
 
-def recorded(family: str, recorders: tuple[str, ...], *, is_adaptive: bool, collapses: bool) -> dict[str, Variable]:
+def recorded(
+    family: str,
+    recorders: tuple[str, ...],
+    *,
+    is_adaptive: bool,
+    collapses: bool,
+    has_line: bool = False,
+    has_storeys: bool = False,
+) -> dict[str, Variable]:
     """Return all output variables of a run as {name: variable}.
 
-    The dictionary contains the variables of the recorders, those of collapses if `collapses` is true, and those of an
-    adaptive method if `is_adaptive` is true. The final state (recorder STATE) is omitted, because the dataset does not
-    contain it.
+    The dictionary contains the variables of the recorders, those of collapses if `collapses` is true, those of an
+    adaptive method if `is_adaptive` is true, and those of the rotations of a column line if `has_line` is true. The
+    final state (recorder STATE) is omitted, because the dataset does not contain it. If a lumped structure
+    `has_storeys`, collapses have the storey of collapse.
     """
     variables = {
         name: variable for row in recorders if row != STATE for name, variable in RECORDERS[family][row].items()
     }
-    of_collapse = COLLAPSE_OF_SPRINGS if family == "lumped" else COLLAPSE
+    of_collapse = COLLAPSE
+    if family == "lumped":
+        of_collapse = COLLAPSE_OF_SPRINGS | ({"storey_of_collapse": STOREY_OF_COLLAPSE} if has_storeys else {})
+    variables |= OF_ROTATIONS if has_line else {}
     return variables | (of_collapse if collapses else {}) | (ADAPTIVE if is_adaptive else {})

@@ -112,7 +112,8 @@ class Plan:
         """Return the length of a dimension of the outputs, such as "storey" or "spring"."""
         if self.pattern is None:
             return self.dofs
-        return {"spring": self.pattern.springs, "output": len(self.pattern.resultants)}.get(dim, self.dofs)
+        lengths = {"spring": self.pattern.springs, "output": len(self.pattern.resultants)}
+        return (lengths | {"storey": len(self.pattern.storeys)}).get(dim, self.dofs)
 
 
 def options(plan: Plan) -> dict[str, object]:
@@ -169,6 +170,11 @@ def memory_of_springs(plan: Plan) -> int:
 def keeps_drifts(plan: Plan) -> bool:
     """Return whether the unknowns of the plan's method are storey drifts (multistep methods)."""
     return isinstance(METHODS[plan.method], MultistepMethod)
+
+
+def has_line(plan: Plan) -> bool:
+    """Return whether the plan is of a fish-bone frame with hinges, whose part `hinge_laws` evaluates the laws."""
+    return plan.pattern is not None and plan.pattern.line is not None
 
 
 def state_of_stage(plan: Plan) -> tuple[str, str]:

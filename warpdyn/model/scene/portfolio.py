@@ -17,6 +17,8 @@ from warpdyn.foundations.core.near_misses import with_suggestions
 from warpdyn.foundations.core.output_variables import KIND_ATTRIBUTES, KIND_OF_ARCHETYPES
 from warpdyn.model.scene.correlation import check_correlation
 from warpdyn.model.scene.scatter import GivenValues, Scatter, check_scatter
+from warpdyn.model.structures.lumped.places.storeys import NEEDS_STOREYS
+from warpdyn.model.structures.lumped.structure import LumpedStructure
 from warpdyn.model.structures.shear_building import ShearBuilding, numbered_storeys
 from warpdyn.model.structures.structure import Structure
 
@@ -29,7 +31,8 @@ class Archetype:
     """Buildings of one type: the same number of storeys, storey laws and kind of damping.
 
     Args:
-        building: The nominal building.
+        building: The nominal building: a ShearBuilding or a LumpedStructure with storeys, such as a
+            FlexuralShearBuilding, under one component of base motion.
         count: Number of buildings; None: the number of values in `scatter`'s GivenValues, or 1.
         scatter: Differences between the buildings, as in a Scene: parameter name -> RandomFactor, RandomValue or
             GivenValues with one value per building.
@@ -44,17 +47,25 @@ class Archetype:
         20
     """
 
-    building: ShearBuilding
+    building: ShearBuilding | LumpedStructure
     count: int | None = None
     scatter: Scatter = field(default_factory=dict)
     correlation: Mapping[tuple[str, str], float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        if not isinstance(self.building, ShearBuilding):
+        if not isinstance(self.building, ShearBuilding | LumpedStructure):
             given = self.building
             got = f"the class {given.__name__} itself" if isinstance(given, type) else type(given).__name__
             raise TypeError(
-                f"building must be a ShearBuilding, got {got}: give Archetype(wd.ShearBuilding(...), count)"
+                f"building must be a ShearBuilding or a LumpedStructure with storeys, got {got}: give "
+                "Archetype(wd.ShearBuilding(...), count)"
+            )
+        if "drift" in self.building.lacking:
+            raise ValueError(f"building: a {type(self.building).__name__} in a portfolio {NEEDS_STOREYS}")
+        if self.building.components > 1:
+            raise ValueError(
+                f"building: the structure has {self.building.components} components of base motion, but buildings of a "
+                "portfolio have one: give one influence vector, or base_motion='x' to a TorsionalBuilding"
             )
         if self.count is not None:
             whole_number("count", self.count, 1, MOST_BUILDINGS)
@@ -146,7 +157,7 @@ class Portfolio(Structure):
 
     @property
     def dofs(self) -> int:
-        """Number of degrees of freedom: the largest number of storeys of an archetype."""
+        """The largest number of storeys of an archetype."""
         return int(self.storeys.max())
 
     @property
@@ -177,12 +188,16 @@ class Portfolio(Structure):
         isolators or tuned mass damper) are also returned.
         """
         coordinates = numbered_storeys(self.dofs, recorders)
-        buildings = [each.building for each in self.archetypes.values()]
-        if all(building.own_storeys.all() for building in buildings):
+        chains = {
+            place: each.building
+            for place, each in enumerate(self.archetypes.values())
+            if isinstance(each.building, ShearBuilding)
+        }
+        if all(building.own_storeys.all() for building in chains.values()):
             return coordinates
-        kinds = np.zeros((len(buildings), self.dofs), dtype=np.int8)
-        for row, building in zip(kinds, buildings, strict=True):
-            row[: building.storeys] = building.storey_kinds
+        kinds = np.zeros((len(self.archetypes), self.dofs), dtype=np.int8)
+        for place, building in chains.items():
+            kinds[place, : building.storeys] = building.storey_kinds
         return coordinates | {KIND_OF_ARCHETYPES: (("archetype", "storey"), kinds, KIND_ATTRIBUTES)}
 
     def _repr_html_(self) -> str:

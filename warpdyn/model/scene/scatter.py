@@ -265,6 +265,10 @@ class GivenFactors(GivenValues):
         return nominal[..., None] * values.T
 
 
+class DrawnValues(GivenValues):
+    """Values that were drawn for the buildings of a portfolio, also of parameters that users cannot give singly."""
+
+
 Scatter = Mapping[str, RandomFactor | RandomValue | GivenValues | GivenFactors]
 SAMPLING = ("monte_carlo", "latin_hypercube", "sobol")
 
@@ -293,9 +297,12 @@ def check_scatter(structure: Structure, scatter: Scatter) -> None:
                 f"GivenValues([...]), and a dispersion as RandomFactor(Lognormal(1.0, dispersion))"
             )
         is_of_one = isinstance(spread, RandomFactor) and spread.per == "building" and spread.only is None
-        problem = structure.scatter_problem(name, is_common_factor=is_of_one) or spread.problem(name, structure)
+        problem = None
+        if not isinstance(spread, DrawnValues):
+            problem = structure.scatter_problem(name, is_common_factor=is_of_one)
+        problem = problem or spread.problem(name, structure)
         if problem:
-            raise ValueError(f"scatter[{name!r}]: {problem.removeprefix(f'scatter[{name!r}]: ')}")
+            raise ValueError(problem if problem.startswith("scatter[") else f"scatter[{name!r}]: {problem}")
 
 
 def central(structure: Structure, scatter: Scatter) -> dict[str, np.ndarray]:

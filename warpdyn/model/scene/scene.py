@@ -21,6 +21,8 @@ from warpdyn.model.ground_motions.motions import GroundMotion
 from warpdyn.model.scene.correlation import check_correlation
 from warpdyn.model.scene.rebuilding import arguments_of_scene
 from warpdyn.model.scene.scatter import SAMPLING, GivenValues, Scatter, central, check_scatter, representative
+from warpdyn.model.structures.lumped.matrices import INCIDENCE
+from warpdyn.model.structures.lumped.places.storeys import NEEDS_STOREYS
 from warpdyn.model.structures.structure import Structure
 
 
@@ -49,6 +51,15 @@ def _check_components(structure: Structure, excitation: Excitation) -> None:
             f"the structure has {structure.components} influence vectors, but the base motion has {count} components "
             f"({one}): a pair of motions needs a LumpedStructure with one influence vector for each component, and a "
             "single motion needs one influence vector"
+        )
+
+
+def _check_incidence(scatter: Scatter, excitation: Excitation) -> None:
+    """Raise a ValueError if angles of incidence are scattered, but the base does not move."""
+    if INCIDENCE in scatter and not excitation.base_components:
+        raise ValueError(
+            f"scatter[{INCIDENCE!r}] has no effect under a {type(excitation).__name__}, which does not move the base: "
+            f"remove {INCIDENCE!r}, or give a PairOfMotions"
         )
 
 
@@ -147,15 +158,15 @@ class Scene:
         for name in recorders:
             one_of(f"recorder of a {type(self.structure).__name__}", name, known)
             if name in lacking:
-                raise ValueError(f"recorder {name!r} needs {name}s= of the {type(self.structure).__name__}")
+                kind = type(self.structure).__name__
+                needs = NEEDS_STOREYS if name == "drift" else f"needs {name}s= of the {kind}"
+                raise ValueError(f"recorder {name!r} {needs}")
         object.__setattr__(self, "recorders", tuple(sorted(set(recorders))))
         limit = self.collapse_drift_ratio
         if limit is not None:
             real_number("collapse_drift_ratio", limit, above=0)
-            if self.structure.family != "chain":
-                raise ValueError(
-                    "collapse_drift_ratio needs storeys: use a ShearBuilding, or remove collapse_drift_ratio="
-                )
+            if "drift" not in known or "drift" in lacking:
+                raise ValueError(f"collapse_drift_ratio {NEEDS_STOREYS}, or remove collapse_drift_ratio=")
         if self.tail is not None:
             real_number("tail [s]", self.tail, least=0)
             if not self.excitation.has_tail and self.tail > 0:
@@ -169,6 +180,7 @@ class Scene:
                 "none of its peaks would be recorded. Give an earlier record_from, or a longer excitation"
             )
         check_scatter(self.structure, self.scatter)
+        _check_incidence(self.scatter, excitation)
         check_correlation(self.structure, self.scatter, self.correlation)
         object.__setattr__(self, "scatter", FrozenMapping(dict(self.scatter)))
         object.__setattr__(self, "correlation", FrozenMapping(dict(self.correlation)))
@@ -232,7 +244,7 @@ class Scene:
         Args:
             text: The JSON.
             motions: The ground motions of the scene, in any order; additional motions are ignored. The JSON contains
-                only a digest of each motion's samples.
+                only a digest of each motion's samples. The components of a PairOfMotions can be given instead of it.
 
         Raises:
             ValueError: If a motion is missing, the JSON contains only the shape of a long array, or an object has a

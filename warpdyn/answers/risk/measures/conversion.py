@@ -36,8 +36,9 @@ def convert_curves(
 
     The two measures of the motions are related by the line ln(measure) = a + b ln(to) with normal residuals of the
     standard deviation s. A curve of median m and dispersion d becomes a lognormal curve of median exp((ln m - a) / b)
-    and dispersion sqrt(d^2 + s^2) / b. This is exact if the residuals are normal and independent of the capacity. They are
-    not independent if the new measure describes the demand better than the first one; then run the analysis with it.
+    and dispersion sqrt(d^2 + s^2) / b. This is exact if the residuals are normal and independent of the capacity. They
+    are not independent if the new measure describes the demand better than the first one; then run the analysis with
+    it.
 
     Source: Baker and Cornell (2006), "Which spectral acceleration are you using?", Earthquake Spectra 22(2) (the
     dispersion must belong to the measure of the hazard).

@@ -7,7 +7,7 @@ from warpdyn.engine.kernels.lumped.storeys import Storeys, storeys_of
 from warpdyn.engine.kernels.plan import WARP, Plan, values_held
 
 # Recorders whose values belong to a storey; others sum up values of all storeys, or record histories of few samples.
-OF_STOREYS = {"spring", "output", "displacement", "acceleration", "residual"}
+OF_STOREYS = {"spring", "output", "displacement", "acceleration", "residual", "drift"}
 # Values that a thread holds at most, so that its storeys, its other values and its temporary ones fit in registers.
 MOST_VALUES = {"float32": 130, "float64": 60}
 SHARED_WORK = 0.5  # work of a thread besides its storeys, relative to the work of a storey
@@ -30,7 +30,7 @@ def sections_of_storeys(plan: Plan) -> int:
     exchanging values once; but most threads of a warp should have storeys.
     """
     storeys = divided_storeys(plan)
-    if storeys is None:
+    if storeys is None or "drift" in plan.recorders:  # one thread compares all springs of a sample
         return 1
     held = sum(values_held(plan).values()) / storeys.count
     best, least = 1, float("inf")

@@ -1,5 +1,8 @@
 """Collapse of a lumped structure: a sample ends when the deformation of a spring exceeds its capacity.
 
+The capacity of a spring of a storey is the smaller of two deformations: its own capacity, and the limit of the drift
+ratio times the storey height.
+
 The instant of collapse, and the status if the deformation changes by more than half the capacity in the last step, are
 those of `parts/collapse.py`. Peaks of deformations count up to the instant of collapse, other peaks up to the last
 state before it.
@@ -12,7 +15,7 @@ order = 10
 BORROWS = {"spring": ("peak_deformation",)}
 FIELDS = {
     "Structure": {"inverse_drift_capacity": "float[,]"},  # of the springs, [spring, structure]; 0: no capacity
-    "Output": {"time_of_collapse": "float[]", "spring_of_collapse": "int32[]"},
+    "Output": {"time_of_collapse": "float[]", "spring_of_collapse": "int32[]", "storey_of_collapse": "int32[]"},
 }
 
 
@@ -23,9 +26,18 @@ def wanted(plan):
 def names(plan):
     import warp as wp
 
+    from warpdyn.engine.device.warp_exchange import number_at
     from warpdyn.engine.kernels.plan import DTYPES
 
-    return {"longest_move": wp.constant(DTYPES[plan.dtype](0.5))}
+    pattern = plan.pattern
+    storey_of = {spring: number for number, own in enumerate(pattern.storeys, start=1) for spring in own}
+    listed = number_at([storey_of.get(spring, -1) for spring in range(pattern.springs)])
+    return {
+        "longest_move": wp.constant(DTYPES[plan.dtype](0.5)),
+        "HAS_CAPACITY": plan.has_drift_capacity,
+        "HAS_STOREYS": bool(pattern.storeys),
+        "storey_of_spring": listed,  # counted from 1; -1: the spring belongs to no storey
+    }
 
 
 def values_held(plan):
@@ -45,7 +57,12 @@ def declare():
 
 
 def read_spring_row():
-    inverse_capacity[i, j] = structures.inverse_drift_capacity[i, s]
+    if HAS_CAPACITY:
+        inverse_capacity[i, j] = structures.inverse_drift_capacity[i, s]
+    if HAS_STOREYS:
+        if storey_of_spring(i) > 0:
+            of_ratio = structures.inverse_height[storey_of_spring(i) - 1, s] / control.collapse_drift_ratio
+            inverse_capacity[i, j] = larger(inverse_capacity[i, j], of_ratio)
 
 
 def start():
@@ -126,6 +143,8 @@ def write():
         output.time_of_collapse[o] = collapse_time[j]
     if status == collapsed:
         output.spring_of_collapse[o] = int(collapse_spring[j]) - 1
+        if HAS_STOREYS:
+            output.storey_of_collapse[o] = storey_of_spring(int(collapse_spring[j]) - 1)
         if RESIDUAL:  # NaN: a collapsed structure has no residual deformation
             for unsettled in range(ROWS):
                 output.residual_deformation[unsettled, o] = wp.sqrt(dtype(-1.0))

@@ -1,16 +1,19 @@
-"""Recorder of the largest drift of every storey."""
+"""Recorder of the largest drift of every storey.
+
+The drift of a storey of a lumped structure is the largest deformation of its springs (recorder "spring").
+"""
 
 from warpdyn.foundations.core.output_variables import Variable
 
 order = 0
-VARIABLES = {
-    "chain": {
-        "peak_storey_drift": Variable(("storey",), "m", "peak absolute storey drift"),
-        "storey_of_peak_drift": Variable(
-            (), "1", "storey of the largest storey drift ratio", is_demand=False, is_whole=True
-        ),
-    },
+OF_STOREYS = {
+    "peak_storey_drift": Variable(("storey",), "m", "peak absolute storey drift"),
+    "storey_of_peak_drift": Variable(
+        (), "1", "storey of the largest storey drift ratio", is_demand=False, is_whole=True
+    ),
 }
+VARIABLES = {"chain": OF_STOREYS, "lumped": OF_STOREYS}
+BORROWS = {"spring": ("peak_deformation",)}
 
 
 def wanted(plan):
@@ -20,15 +23,31 @@ def wanted(plan):
 def names(plan):
     from warpdyn.engine.kernels.functions.recording import worst_storey
 
-    return {"worst_storey": worst_storey}
+    if plan.pattern is None:
+        return {"worst_storey": worst_storey}
+    # With equal storeys, rows of springs are in the order of the storeys.
+    order = range(plan.pattern.springs) if plan.storeys is None else [s for row in plan.storeys.springs for s in row]
+    place = {spring: row for row, spring in enumerate(order)}
+    lines = []
+    for storey, springs in enumerate(plan.pattern.storeys):
+        first, *others = [f"peak_deformation[{place[spring]}, j]" for spring in springs]
+        lines.append(f"output.peak_storey_drift[{storey}, o] = {first}")
+        target = f"output.peak_storey_drift[{storey}, o]"
+        lines += [f"{target} = larger({target}, {other})" for other in others]
+    return {
+        "worst_storey": worst_storey,
+        "NUMBER_OF_STOREYS": len(plan.pattern.storeys),
+        "LARGEST_OF_SPRINGS": "\n".join(lines),
+    }
 
 
 def values_held(plan):
-    return plan.dofs
+    return plan.dofs if plan.pattern is None else 0
 
 
 def declare():
-    peak_drift = matrix()
+    if not EXPLICIT_LUMPED:
+        peak_drift = matrix()
 
 
 def start_drift():
@@ -41,19 +60,28 @@ def see_drift():
 
 
 def restart_recorders():
-    for i in range(N):
-        peak_drift[i, j] = dtype(0.0)
-        if IMPLICIT_CHAIN:  # these methods record the state at the end of a step
-            slot("accepted_drift")
-            peak_drift[i, j] = wp.abs(drift)
+    if not EXPLICIT_LUMPED:
+        for i in range(N):
+            peak_drift[i, j] = dtype(0.0)
+            if IMPLICIT_CHAIN:  # these methods record the state at the end of a step
+                slot("accepted_drift")
+                peak_drift[i, j] = wp.abs(drift)
 
 
 def finish_storey():
-    output.peak_storey_drift[g, o] = peak_drift[i, j]
+    if not EXPLICIT_LUMPED:
+        output.peak_storey_drift[g, o] = peak_drift[i, j]
+
+
+def finish_rows():
+    LARGEST_OF_SPRINGS
 
 
 def judge_demand():
-    largest = worst_storey(output, structures, o, samples.structure[samples.order[sample[j]]], STOREYS)
+    if EXPLICIT_LUMPED:
+        largest = worst_storey(output, structures, o, samples.structure[samples.order[sample[j]]], NUMBER_OF_STOREYS)
+    else:
+        largest = worst_storey(output, structures, o, samples.structure[samples.order[sample[j]]], STOREYS)
     if not PROPAGATED:  # the exact method cannot blow up
         if largest > blown_up:
             status = diverged

@@ -79,4 +79,6 @@ def lumped_chain(building: ShearBuilding) -> LumpedStructure:
         damping="none" if is_storey else building.damping,
         damping_ratio=float(values["damping_ratio"]) if "damping_ratio" in values else None,
         damping_modes=building.damping_modes if building.damping == "rayleigh" else None,
+        storey_height=heights,
+        storey_springs=[spring.name for spring in springs],
     )

@@ -61,6 +61,10 @@ def arguments_after(structure: LumpedStructure, dofs: Sequence[str], old: np.nda
     kinds = dict(structure.kinds.given)
     if "output_units" in kinds:
         kinds["output_units"] = {name: kinds["output_units"][name] for name in found["outputs"]}
+    if structure.storey_springs:
+        names = structure.names_along("spring")
+        found["storey_height"] = structure.parameters["height"]
+        found["storey_springs"] = [[names[place] for place in own] for own in structure.storey_springs]
     return {**found, **kinds, "springs": springs}
 
 

@@ -161,6 +161,8 @@ class FlexuralShearBuilding(BuiltStructure):
             damping=damping,
             damping_ratio=damping_ratio,
             damping_modes=damping_modes,
+            storey_height=heights,
+            storey_springs=names,
         )
 
     def _base_inertia(self, given: float | None, stiffness: float) -> float:

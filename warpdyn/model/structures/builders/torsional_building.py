@@ -103,7 +103,9 @@ class TorsionalBuilding(LumpedStructure):
         inertia: Moment of inertia about the vertical axis through the centre of mass [kg m2], one value or shape
             [floor]; None: that of a uniform rectangle, m (a^2 + b^2) / 12.
         base_motion: Components of the base motion: "xy" (the motions are of the class PairOfMotions), "x" or "y".
-        storey_height: Storey heights [m], one value or shape [storey]; needed with `gravity_load`.
+        storey_height: Storey heights [m], one value or shape [storey]; needed with `gravity_load`, and for storey drift
+            ratios (recorder "drift", collapse_drift_ratio, portfolios). The drift of a storey is the largest one of its
+            frames and walls, each along its direction.
         gravity_load: Vertical load of each floor [N], shape [floor], or "weight" for the weight of the floor masses;
             None: no P-Delta. The load of a floor has the distribution in plan of its mass without
             `eccentricity_x` and `eccentricity_y`.
@@ -173,12 +175,14 @@ class TorsionalBuilding(LumpedStructure):
         names = matrices.names
         ends, centres = finite_numbers("plan", plan), _centres(matrices.mass)
         springs = []
+        of_storeys: list[list[str]] = [[] for _ in range(floors)]
         for place, frame in enumerate(frames):
             where = f"frame {frame.name!r}"
             stiffness = storey_values(f"{where}: stiffness", frame.stiffness, floors, "N/m")
             rows = matrices.directions[:, place]
             directions = [_as_coefficients(row, names) for row in rows]
             of_frame = [f"{frame.name} {storey + 1}" for storey in range(floors)]
+            of_storeys = [[*own, name] for own, name in zip(of_storeys, of_frame, strict=True)]
             springs += storey_springs(where, of_frame, directions, stiffness, frame.law, frame.parameters)
         outputs: dict[str, Any] = _edge_drifts(ends, floors)
         if true_or_false("corner_drifts", corner_drifts):
@@ -198,6 +202,8 @@ class TorsionalBuilding(LumpedStructure):
             damping=damping,
             damping_ratio=damping_ratio,
             damping_modes=damping_modes,
+            storey_height=storey_height,
+            storey_springs=None if storey_height is None else of_storeys,
         )
 
     def scatter_problem(self, name: str, *, is_common_factor: bool) -> str | None:

@@ -99,9 +99,10 @@ class ReducedFrame(LumpedStructure):
         self.motion = self._motions(dof_names)
         softened = self._softened(stiffness, geometric, shapes)
         named_outputs = self._named_outputs(dof_names, stiffness + geometric, softened)
+        gauges, heights = self._gauges(names)
         super().__init__(
             dict(zip(dof_names, self.nominal_mass.tolist(), strict=True)),
-            self._gauges(names),
+            gauges,
             influence=[dict(zip(dof_names, row.tolist(), strict=True)) for row in self.motion.T],
             mass_matrix=reduced_mass - np.diag(self.nominal_mass),
             stiffness_matrix=reduced(stiffness, shapes),
@@ -114,6 +115,8 @@ class ReducedFrame(LumpedStructure):
             damping_ratio=damping_ratio,
             damping_modes=damping_modes,
             damping_matrix=damping_matrix,
+            storey_height=heights or None,
+            storey_springs=[gauge.name for gauge in gauges[: len(heights)]] if heights else None,
         )
         sections = {name: np.array(each) for name, each in zip(MEMBER_PARAMETERS, self._nominal_sections, strict=True)}
         self.parameters = FrozenMapping({**self.parameters, **sections})
@@ -152,22 +155,23 @@ class ReducedFrame(LumpedStructure):
             )
         return np.stack([x, y] if self.vertical else [x], axis=1)
 
-    def _gauges(self, names: Sequence[str]) -> list[Gauge]:
-        """Return the springs without stiffness: one per storey; without storeys, one at the highest kept node."""
-        capacity = None
-        if self.drift_capacity is not None:
-            capacity = real_number("drift_capacity", self.drift_capacity, above=0)
-        found = []
+    def _gauges(self, names: Sequence[str]) -> tuple[list[Spring], list[float]]:
+        """Return the springs without stiffness and the storey heights [m]; without storeys, one spring and ()."""
+        given = self.drift_capacity
+        capacity = None if given is None else real_number("drift_capacity", given, above=0)
+        found: list[Spring] = []
+        heights: list[float] = []
         for storey, (upper, lower, height) in enumerate(self.frame.storey_drifts.values()):
             if upper in names and (lower is None or lower in names):
                 direction = {upper: 1.0} | ({} if lower is None else {lower: -1.0})
                 limit = None if capacity is None else capacity * height
                 found.append(Gauge(f"storey {storey + 1}", direction, limit))
+                heights.append(height)
         if found:
-            return found
+            return found, heights
         if capacity is not None:
             raise ValueError("drift_capacity needs storeys: give the frame diaphragms=, and keep them in dofs=")
-        return [Gauge("first", {names[0]: 1.0}, None)]
+        return [Gauge("first", {names[0]: 1.0}, None)], []
 
     def _softened(self, stiffness: np.ndarray, geometric: np.ndarray, shapes: np.ndarray) -> np.ndarray:
         """Return the shapes under gravity: with "static" those of K + K_g, otherwise those of K."""

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from warpdyn.engine.kernels.lumped.pattern import ColumnLine
 from warpdyn.model.structures.lumped.biaxial_spring import Component
 from warpdyn.model.structures.lumped.damping import rayleigh_factors
 from warpdyn.model.structures.lumped.names import Rows, row_of
@@ -18,6 +19,8 @@ ROUNDED_DAMPING = 1e-12  # see `without_rounding`: entries of modal damping matr
 # Parameters with one value per degree of freedom, and with one per member of a frame; others have one per spring or per
 # structure.
 OF_DOFS = ("mass",)
+OF_STOREYS = ("height",)
+OF_STRUCTURE = ("damping_ratio", INCIDENCE)
 OF_MEMBERS = ("elastic_modulus", "area", "second_moment")
 
 
@@ -142,6 +145,19 @@ class LumpedMatrices:
         """Return the elastic stiffness in addition to the springs [N/m], shape [structure or 1, dof, dof], or 0."""
         return self.matrices.get("stiffness_matrix", 0.0)
 
+    def linear_matrices(self, values: Values) -> np.ndarray | float:
+        """Return the part of `elastic_matrices` that kernels multiply by displacements."""
+        return self.elastic_matrices(values)
+
+    @property
+    def column_line(self) -> ColumnLine | None:
+        """The column line of a fish-bone frame with hinges; None for other structures."""
+        return None
+
+    def values_of_line(self, values: Values) -> np.ndarray:
+        """Return the values of the column line, shape [value, structure]."""
+        return np.zeros((0, len(values["mass"])))
+
     def geometric_matrices(self, values: Values) -> np.ndarray | float:
         """Return the stiffness that gravity takes away [N/m], shape [structure or 1, dof, dof], or 0."""
         return self.matrices.get("geometric_stiffness", 0.0)
@@ -188,8 +204,8 @@ class LumpedMatrices:
 
 
 def of_springs_only(values: Values) -> dict[str, np.ndarray]:
-    """Return the parameters without those of degrees of freedom and members of frames, for the laws of the springs."""
-    return {name: each for name, each in values.items() if name not in (*OF_DOFS, *OF_MEMBERS)}
+    """Return the parameters without those of degrees of freedom, storeys and members, for the laws of the springs."""
+    return {name: each for name, each in values.items() if name not in (*OF_DOFS, *OF_MEMBERS, *OF_STOREYS)}
 
 
 def turned_influence(influence: np.ndarray, angle: np.ndarray) -> np.ndarray:

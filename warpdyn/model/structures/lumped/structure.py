@@ -16,7 +16,7 @@ from warpdyn.foundations.core.frozen_values import FrozenMapping
 from warpdyn.foundations.core.near_misses import did_you_mean, with_suggestions
 from warpdyn.model.structures.lumped.biaxial_spring import BiaxialSpring
 from warpdyn.model.structures.lumped.damping import checked_damping
-from warpdyn.model.structures.lumped.matrices import INCIDENCE, OF_DOFS, LumpedMatrices, of_springs_only, undamped
+from warpdyn.model.structures.lumped.matrices import INCIDENCE, OF_DOFS, OF_STRUCTURE, LumpedMatrices, of_springs_only
 from warpdyn.model.structures.lumped.names import (
     as_given,
     check_dissipates,
@@ -25,17 +25,16 @@ from warpdyn.model.structures.lumped.names import (
     checked_matrix,
     checked_outputs,
 )
+from warpdyn.model.structures.lumped.places.free_motions import mass_problem, stiffness_problem
 from warpdyn.model.structures.lumped.places.kinds import kinds_of
 from warpdyn.model.structures.lumped.places.spring_values import checked_springs, parameters_of_springs, spring_values
+from warpdyn.model.structures.lumped.places.storeys import Storeys, checked_storeys
 from warpdyn.model.structures.lumped.spring import Spring
 from warpdyn.model.structures.modal import modal_properties
-from warpdyn.model.structures.structure import Structure
+from warpdyn.model.structures.structure import Structure, count_along
 
 MOST_DOFS = 64
-LEAST_OF_STIFFNESS = 1e-13  # least squared frequency of a structure that cannot move freely, over the highest one
-LEAST_OF_MASS = 1e-12  # least eigenvalue of the mass matrix, scaled to a diagonal of ones
 PAIR = 2  # components of a biaxial spring
-OF_STRUCTURE = ("damping_ratio", INCIDENCE)
 FACTOR_OF_ZERO = "the nominal value of {} is 0, which a factor does not change: give wd.RandomValue(wd.Uniform({}))"
 MATRICES = {  # with their units
     "mass_matrix": "kg",
@@ -90,6 +89,10 @@ class LumpedStructure(LumpedMatrices, Structure):
         output_units: Units of the outputs, {name: unit}, such as "m"; `fragility` compares outputs of one unit only.
         is_machine: Whether the structure is a vehicle or a machine. It has no warnings about values that are unusual
             for buildings and earthquakes, and no parameter `incidence_angle`.
+        storey_height: Storey heights from the ground up [m], one value or shape [storey]; needs `storey_springs`.
+        storey_springs: Springs of each storey, from the ground up: a name or a list of names per storey. The drift of a
+            storey is the largest deformation of its springs (recorder "drift"); Scene(collapse_drift_ratio=...) and
+            portfolios need it. None: no storeys.
 
     Raises:
         ValueError: If a name is unknown or given twice, a degree of freedom has no mass, a matrix has a wrong shape, is
@@ -122,6 +125,7 @@ class LumpedStructure(LumpedMatrices, Structure):
     demand = "spring"
     devices = ()
     can_have_zero_outputs = False
+    storey_springs: Storeys = ()  # places of the springs of each storey
 
     def __init__(
         self,
@@ -142,6 +146,8 @@ class LumpedStructure(LumpedMatrices, Structure):
         groups: Mapping[str, Sequence[str]] | None = None,
         output_units: Mapping[str, str] | None = None,
         is_machine: bool = False,
+        storey_height: ArrayLike | None = None,
+        storey_springs: Sequence[str | Sequence[str]] | None = None,
     ) -> None:
         if true_or_false("is_machine", is_machine):  # otherwise the class attribute
             self.is_machine = True
@@ -186,6 +192,9 @@ class LumpedStructure(LumpedMatrices, Structure):
             arrays["damping_ratio"] = np.array(real_number("damping_ratio", damping_ratio))
         if self.components > 1 and not self.is_machine:
             arrays[INCIDENCE] = np.array(0.0)
+        if storey_height is not None or storey_springs is not None:
+            names, rotating = self.names_along("spring"), self.kinds.rotating["spring"]
+            arrays["height"], self.storey_springs = checked_storeys(storey_height, storey_springs, names, rotating)
         self.parameter_table: Mapping[str, Parameter] = FrozenMapping(parameters_of_springs(self.storey_law, arrays))
         for name in OF_STRUCTURE:
             problem = name in arrays and self.parameter_table[name].first_violation(name, arrays[name], ())
@@ -197,11 +206,13 @@ class LumpedStructure(LumpedMatrices, Structure):
 
     def problem(self, values: Mapping[str, np.ndarray]) -> str | None:
         """Return a sentence on a wrong mass, a free motion or wrong parameters of springs; None if all are right."""
-        problem = self._mass_problem(values) or self._stiffness_problem(values)
+        problem = mass_problem(self, values) or stiffness_problem(self, values)
         return problem or self._pair_problem(values) or self.storey_law.problem(of_springs_only(values))
 
     def scatter_problem(self, name: str, *, is_common_factor: bool) -> str | None:
-        """Return why a factor cannot change the angle of incidence; None for other parameters."""
+        """Return why heights are not random, or why a factor cannot change the angle of incidence; otherwise None."""
+        if name == "height":
+            return "the storey heights of a lumped structure cannot be random: remove height"
         return FACTOR_OF_ZERO.format(name, "0, 2 * np.pi") if is_common_factor and name == INCIDENCE else None
 
     def _pair_problem(self, values: Mapping[str, np.ndarray]) -> str | None:
@@ -223,46 +234,6 @@ class LumpedStructure(LumpedMatrices, Structure):
             values[first + 1 :: PAIR] = values[first::PAIR]
         return values
 
-    def _mass_problem(self, values: Mapping[str, np.ndarray]) -> str | None:
-        if problem := self.coupled_mass_problem(values):
-            return problem
-        mass = self.mass_matrices({**values, "mass": np.atleast_2d(values["mass"])})
-        diagonal = np.einsum("sii->si", mass)
-        if (diagonal <= 0).any():
-            dof = self.dof_names[np.argwhere(diagonal <= 0)[0, 1]]
-            return (
-                f"degree of freedom {dof!r} has no mass: give it a mass above 0, or eliminate it by static condensation"
-            )
-        root = np.sqrt(diagonal)
-        least, shape = np.linalg.eigh(mass / root[:, :, None] / root[:, None, :])
-        if (least[:, 0] <= LEAST_OF_MASS).any():
-            first = int(np.argmax(least[:, 0] <= LEAST_OF_MASS))
-            dof = self.dof_names[int(np.abs(shape[first, :, 0]).argmax())]
-            return (
-                "the mass matrix is singular or has a negative eigenvalue: a motion in which degree of freedom "
-                f"{dof!r} takes most part has no mass. Correct mass_matrix, or eliminate this motion by static "
-                "condensation"
-            )
-        return None
-
-    def _stiffness_problem(self, values: Mapping[str, np.ndarray]) -> str | None:
-        """Return a sentence on a motion without resistance in one of the structures, or None."""
-        whole = {name: np.atleast_2d(each) for name, each in values.items() if self.is_by_storey(name)}
-        count = max(map(len, whole.values()))
-        whole = {name: np.broadcast_to(each, (count, each.shape[1])) for name, each in whole.items()}
-        squared, shape = undamped(self.mass_matrices(whole), self.stiffness_matrices(whole), is_clipped=False)
-        free = squared[:, 0] <= LEAST_OF_STIFFNESS * squared[:, -1]
-        if not free.any():
-            return None
-        first = int(free.argmax())
-        motion = shape[first, :, 0] * np.sqrt(np.diag(self.mass_matrices(whole)[first]))
-        dof = self.dof_names[int(np.abs(motion).argmax())]
-        cause = " or buckles under the geometric stiffness" if "geometric_stiffness" in self.matrices else ""
-        return (
-            f"degree of freedom {dof!r} can move freely{cause}: no spring with an initial stiffness resists this "
-            "motion. Add a spring, or correct a direction"
-        )
-
     @property
     def dofs(self) -> int:
         """Number of degrees of freedom."""
@@ -274,9 +245,19 @@ class LumpedStructure(LumpedMatrices, Structure):
         return int(self.influence.shape[1])
 
     @property
+    def rotating_dofs(self) -> tuple[str, ...]:
+        """Names of the degrees of freedom that are rotations [rad]."""
+        return tuple(name for name, turns in zip(self.dof_names, self.kinds.rotating["dof"], strict=True) if turns)
+
+    @property
     def lacking(self) -> tuple[str, ...]:
-        """Recorders that the structure cannot have: "output" without outputs."""
-        return () if self.outputs else ("output",)
+        """Recorders that the structure cannot have: "output" without outputs, "drift" without storeys."""
+        return (() if self.outputs else ("output",)) + (() if self.storey_springs else ("drift",))
+
+    @property
+    def storeys(self) -> int:
+        """Number of storeys; 0 if the structure has no storeys."""
+        return len(self.storey_springs)
 
     @property
     def nominal_values(self) -> Mapping[str, np.ndarray]:
@@ -288,15 +269,18 @@ class LumpedStructure(LumpedMatrices, Structure):
         return name not in OF_STRUCTURE
 
     def dim_of(self, name: str) -> str:
-        """Return the dimension of a parameter's values: "dof" or "spring"."""
-        return "dof" if name in OF_DOFS else "spring"
+        """Return the dimension of a parameter's values: "dof", "storey" or "spring"."""
+        return "dof" if name in OF_DOFS else "storey" if name == "height" else "spring"
 
     def length_along(self, dim: str) -> int:
-        """Return the number of degrees of freedom ("dof"), springs or outputs."""
-        return {"spring": len(self.springs), "output": len(self.outputs)}.get(dim, self.dofs)
+        """Return the number of degrees of freedom ("dof"), springs, outputs or storeys."""
+        lengths = {"spring": len(self.springs), "output": len(self.outputs), "storey": self.storeys}
+        return lengths.get(dim, self.dofs)
 
     def names_along(self, dim: str) -> tuple[str, ...]:
-        """Return the names of the degrees of freedom ("dof") or of the springs."""
+        """Return the names of the degrees of freedom ("dof"), springs or storeys (numbers, from the ground up)."""
+        if dim == "storey":
+            return tuple(str(storey + 1) for storey in range(self.storeys))
         return self.dof_names if dim == "dof" else tuple(spring.name for spring in self.springs)
 
     def varied(self, name: str, only: tuple[str, ...] | tuple[int, ...] | None) -> np.ndarray | None:
@@ -341,6 +325,10 @@ class LumpedStructure(LumpedMatrices, Structure):
         found |= {name: matrix.tolist() for name, matrix in self.matrices.items()}
         found |= {} if self.load_mass is None else {"load_mass": self.load_mass.tolist()}
         found |= {**self.kinds.given} | ({"is_machine": True} if self.is_machine else {})
+        if self.storey_springs:
+            names = self.names_along("spring")
+            found |= {"storey_height": self.parameters["height"].tolist()}
+            found |= {"storey_springs": [[names[place] for place in own] for own in self.storey_springs]}
         return found | ({"written_laws": texts} if (texts := self.storey_law.written) else {})
 
     def told(self) -> list[tuple[object, ...]]:
@@ -354,6 +342,8 @@ class LumpedStructure(LumpedMatrices, Structure):
         found["spring"] = ("spring", names, {"long_name": "spring"})
         if self.outputs and "output" in recorders:
             found["output"] = ("output", np.array(list(self.outputs)), {"long_name": "output"})
+        if "drift" in recorders:
+            found["storey"] = count_along("storey", self.storeys, "storey, from the ground up")
         return found | self.kinds.coordinates(found)
 
     def units_along(self, dims: tuple[str, ...], units: str) -> str:

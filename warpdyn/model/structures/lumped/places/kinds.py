@@ -92,6 +92,8 @@ class Kinds:
             dim: Name of the dimension of its places.
             added_storeys: Whether the places in the groups ADDED_GROUPS count.
         """
+        if dim == "storey":
+            return None
         own = np.ones_like(self.of_building(dim)) if added_storeys else self.of_building(dim)
         if dim == "output":
             units = [unit or "an unknown unit" for unit in self.output_units]

@@ -62,6 +62,7 @@ def parameters_of_springs(law: BuildingLaw, arrays: Mapping[str, np.ndarray]) ->
         "stiffness": Parameter("N m-1", "initial stiffness of the spring", low=0.0),
         "damping_coefficient": Parameter("N s m-1", "coefficient of the spring's dashpot", low=0.0),
         "deformation_capacity": Parameter("m", "deformation of the spring at collapse", low=0.0, low_open=True),
+        "height": Parameter("m", "storey height", low=0.0, low_open=True),
         "damping_ratio": DAMPING_RATIO,
         INCIDENCE: Parameter("rad", "angle from the first component of the motion to the x axis of the structure"),
     }

@@ -1,0 +1,53 @@
+"""Motions of a lumped structure that lack mass or resistance."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from warpdyn.model.structures.lumped.matrices import OF_STRUCTURE, LumpedMatrices, undamped
+
+LEAST_OF_STIFFNESS = 1e-13  # least squared frequency of a structure that cannot move freely, over the highest one
+LEAST_OF_MASS = 1e-12  # least eigenvalue of the mass matrix, scaled to a diagonal of ones
+
+
+def mass_problem(structure: LumpedMatrices, values: Mapping[str, np.ndarray]) -> str | None:
+    """Return a sentence on a degree of freedom or a motion without mass in one of the structures, or None."""
+    if problem := structure.coupled_mass_problem(values):
+        return problem
+    mass = structure.mass_matrices({**values, "mass": np.atleast_2d(values["mass"])})
+    diagonal = np.einsum("sii->si", mass)
+    if (diagonal <= 0).any():
+        dof = structure.dof_names[np.argwhere(diagonal <= 0)[0, 1]]
+        return f"degree of freedom {dof!r} has no mass: give it a mass above 0, or eliminate it by static condensation"
+    root = np.sqrt(diagonal)
+    least, shape = np.linalg.eigh(mass / root[:, :, None] / root[:, None, :])
+    if (least[:, 0] <= LEAST_OF_MASS).any():
+        first = int(np.argmax(least[:, 0] <= LEAST_OF_MASS))
+        dof = structure.dof_names[int(np.abs(shape[first, :, 0]).argmax())]
+        return (
+            "the mass matrix is singular or has a negative eigenvalue: a motion in which degree of freedom "
+            f"{dof!r} takes most part has no mass. Correct mass_matrix, or eliminate this motion by static "
+            "condensation"
+        )
+    return None
+
+
+def stiffness_problem(structure: LumpedMatrices, values: Mapping[str, np.ndarray]) -> str | None:
+    """Return a sentence on a motion without resistance in one of the structures, or None."""
+    whole = {name: np.atleast_2d(each) for name, each in values.items() if name not in OF_STRUCTURE}
+    count = max(map(len, whole.values()))
+    whole = {name: np.broadcast_to(each, (count, each.shape[1])) for name, each in whole.items()}
+    squared, shape = undamped(structure.mass_matrices(whole), structure.stiffness_matrices(whole), is_clipped=False)
+    free = squared[:, 0] <= LEAST_OF_STIFFNESS * squared[:, -1]
+    if not free.any():
+        return None
+    first = int(free.argmax())
+    motion = shape[first, :, 0] * np.sqrt(np.diag(structure.mass_matrices(whole)[first]))
+    dof = structure.dof_names[int(np.abs(motion).argmax())]
+    cause = " or buckles under the geometric stiffness" if "geometric_stiffness" in structure.matrices else ""
+    return (
+        f"degree of freedom {dof!r} can move freely{cause}: no spring with an initial stiffness resists this "
+        "motion. Add a spring, or correct a direction"
+    )
