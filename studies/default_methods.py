@@ -86,9 +86,9 @@ ERRORS_HEAD = """\
 """
 COSTS_HEAD = """\
 # Time of the integration by a method that takes `steps` steps in each default step of RK4, divided by that of RK4 at
-# its default step, for buildings of five storeys of one law with Rayleigh damping: with peak drifts only and, in columns
-# "..._with_all_recorders", with all recorders and a collapse limit. Empty where it was not measured. The costs on a CPU
-# were measured on an AMD EPYC with AVX-512. Written by studies/default_methods.py --costs, once on each device.
+# its default step, for buildings of five storeys of one law with Rayleigh damping: with peak drifts only and, in the
+# columns "..._with_all_recorders", with all recorders and a collapse limit. Empty where it was not measured. The costs
+# on a CPU were measured on an AMD EPYC with AVX-512. Written by studies/default_methods.py --costs, once on each device.
 """
 # Methods and steps of the exhaustive search, without methods that cost more than RK4 or Verlet at the same order.
 SEARCHED = ("rk4", "stoermer", "ssprk3", "kutta3", "velocity_verlet", "central_difference", "exact")
@@ -194,14 +194,16 @@ def write_errors(laws: list[str], dampings: list[str]) -> None:
         write_table(ERRORS, ERRORS_HEAD, kept[0], kept)  # type: ignore[arg-type]
 
 
-def write_costs(device: str) -> None:
-    """Measure the costs of all laws on a device, and update the column of this device in the table of costs."""
+def write_costs(laws: list[str], device: str) -> None:
+    """Measure the costs of laws on a device, and update the columns of this device in the table of costs."""
     rows = []
     for law in LAWS:
-        for row in measure_costs(law, device):
+        measured = measure_costs(law, device) if law in laws else [{} for _ in CANDIDATES]
+        for (method, steps), row in zip(CANDIDATES, measured, strict=True):
             print(*row.values(), flush=True)
-            before = measured_costs().get((row["law"], row["method"], row["steps"]), {})  # type: ignore[arg-type]
-            rows.append({name: f"{cost:.2f}" for name, cost in before.items()} | row)
+            before = measured_costs().get((law, method, steps), {})
+            costs = {name: f"{cost:.2f}" for name, cost in before.items()}
+            rows.append({"law": law, "method": method, "steps": steps} | costs | row)
     write_table(COSTS, COSTS_HEAD, ["law", "method", "steps", *COLUMNS], rows)
 
 
@@ -247,12 +249,12 @@ def main() -> None:
     parser.add_argument("--device", help="cpu or cuda:0 [the first GPU, or the CPU]")
     parser.add_argument("--costs", action="store_true", help="measure the costs on the device instead of the errors")
     parser.add_argument("--dampings", default=",".join(DAMPINGS), help="kinds of damping, with commas [all]")
-    parser.add_argument("--laws", default=",".join(LAWS), help="laws whose errors are measured, with commas [all]")
+    parser.add_argument("--laws", default=",".join(LAWS), help="laws to measure, with commas [all]")
     parser.add_argument("--scenes", type=int, default=0, help="number of random scenes to search [%(default)s]")
     arguments = parser.parse_args()
     device = "cpu" if checked_devices(arguments.device)[0] == "cpu" else "cuda"
     if arguments.costs:
-        write_costs(device)
+        write_costs(arguments.laws.split(","), device)
         return
     if not arguments.scenes:
         write_errors(arguments.laws.split(","), arguments.dampings.split(","))

@@ -41,3 +41,25 @@ LIMITS = {"complete": 0.02}
 def test_what_is_wrong_is_told(call, told):
     with pytest.raises(TypeError, match=told):
         call()
+
+
+GIVEN = wd.GivenValues
+
+
+@pytest.mark.parametrize(
+    ("scatter", "told"),
+    [
+        # The median of these values is 0: the message was "omega_i[0] is nan".
+        ({"stiffness": GIVEN([1e7, -1e7])}, "the given stiffness is -1e[+]07 at structure 1; it must be finite and"),
+        ({"mass": GIVEN([[1e5, 1e5], [1e5, -1e5]])}, "the given mass is -100000 at structure 1, storey 2; it must be"),
+        ({"stiffness": GIVEN([[1e7, 1e7, 1e7]])}, r"^scatter\['stiffness'\] lists values of shape \(1, 3\)"),
+        (
+            {"stiffness": GIVEN([1e7, 1e7]), "damping_ratio": GIVEN([0.05])},
+            "values for 1 structure, but the run has 2 structures: all GivenValues, and structures= if it is given",
+        ),
+    ],
+)
+@pytest.mark.meant_as_given("record_baseline")
+def test_messages_about_given_values_name_them(scatter, told):
+    with pytest.raises(ValueError, match=told):
+        wd.simulate(wd.Scene(BUILDING, CLOUD, scatter), device="cpu")

@@ -361,8 +361,24 @@ def test_what_takes_long_is_told_before_it(unlaunched, caplog):
 
 @pytest.mark.meant_as_given("record_step", "first_period_over_height", "strongest_motion")
 def test_a_step_that_cannot_be_meant_does_not_start_a_billion_steps_silently(unlaunched):
-    motion = wd.GroundMotion([0.0, 1.0, 0.0], 1e6)
-    scene = wd.Scene(wd.ShearBuilding(1.0, 40.0, 1.0), motion, recorders=("drift",), tail=0.0)
+    building = wd.ShearBuilding(1.0, 40.0, 1.0)
     told = r"sample 0 takes .* steps of .* check that the step of the motion is in seconds"
-    with pytest.warns(UserWarning, match=told), pytest.raises(ReachedError):
+    long, longer = (
+        wd.Scene(building, wd.GroundMotion([0.0, 1.0, 0.0], step), recorders=("drift",), tail=0.0)
+        for step in (1e5, 1e6)
+    )
+    for scene, step in ((long, {}), (longer, {"longest_step": 0.01})):
+        with pytest.warns(UserWarning, match=told), pytest.raises(ReachedError):
+            wd.simulate(scene, device="cpu", **step)
+    with pytest.raises(ValueError, match=f"{told}.* If they are right, give longest_step="):
+        wd.simulate(longer, device="cpu")
+
+
+@pytest.mark.meant_as_given("hertz_stiffness")
+def test_a_contact_that_is_far_too_stiff_is_refused_before_its_steps(unlaunched):
+    law = wd.laws.HertzContact(clearance=0.02, hertz_stiffness=1e20)
+    springs = [wd.Spring("a", {"x": 1.0}, stiffness=1e7), wd.Spring("stop", {"x": 1.0}, law=law)]
+    structure = wd.LumpedStructure({"x": 1e5}, springs, damping="modal", damping_ratio=0.05)
+    scene = wd.Scene(structure, wd.FreeVibration(10.0, velocity=0.5))
+    with pytest.raises(ValueError, match=r"steps of .* s, over 10 s: check .* stiffnesses of storeys, springs and con"):
         wd.simulate(scene, device="cpu")

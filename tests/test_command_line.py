@@ -89,6 +89,30 @@ def test_motions_are_read_from_files_and_directories(tmp_path, capsys):
     assert main(["run", str(file), "--out", str(out), "--motions", str(tmp_path / "records.nc")]) == 0
 
 
+def test_pairs_of_motions_are_read_from_the_records_of_their_components(tmp_path, capsys):
+    folder = tmp_path / "records"
+    folder.mkdir()
+    for name, count in {"RSN1_QUAKE_N00E": 300, "RSN1_QUAKE_N90E": 260}.items():
+        values = np.sin(np.arange(count) / (count / 30)) * np.exp(-np.arange(count) / 100)
+        (folder / f"{name}.txt").write_text("\n".join(f"{i * 0.01:.2f} {v:.6f}" for i, v in enumerate(values)))
+    read = [wd.records.read(path, unit="g")[0] for path in sorted(folder.iterdir())]
+    pair = wd.PairOfMotions(read[0], read[1].lengthened(300), name="both")
+    springs = [wd.Spring(f"k{dof}", {dof: 1.0}, stiffness=2e7, damping_coefficient=1e5) for dof in "xy"]
+    deck = wd.LumpedStructure({"x": 1e5, "y": 1e5}, springs, influence=[{"x": 1.0}, {"y": 1.0}])
+    scene = wd.Scene(deck, wd.Cloud([pair]), recorders=("displacement",))
+    file, out = tmp_path / "scene.json", tmp_path / "run.nc"
+    file.write_text(scene.to_json())
+    given = ["--device", "cpu", "--motion-unit", "g", "--motions"]
+    assert "the scene needs 2 ground motions" in refused(capsys, "run", file, "--out", out)
+    error = refused(capsys, "run", file, "--out", out, *given, folder / "RSN1_QUAKE_N00E.txt")
+    assert f"does not contain the samples of motion {read[1].name!r}" in error
+    assert main(["run", str(file), "--out", str(out), *given, str(folder)]) == 0
+    same = wd.simulate(scene, device="cpu")
+    with xr.open_dataset(out) as run:
+        np.testing.assert_array_equal(run["peak_displacement"], same["peak_displacement"])
+        assert run["motion_name"].values.tolist() == ["both"]
+
+
 def test_existing_files_stay_as_they_are(scene_file, tmp_path, capsys):
     other, page = tmp_path / "other.nc", tmp_path / "page.html"
     other.write_bytes(b"not a run of warpdyn")

@@ -258,7 +258,22 @@ def test_names_that_are_not_understood_are_told(names):
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         wd.annual_rates(given, wd.HazardCurve(*POINTS, measure=of_curves))  # the same words
-        wd.annual_rates(given, wd.HazardCurve(*POINTS))  # not to be compared
+        wd.annual_rates(given, wd.HazardCurve(*POINTS, measure=""))  # not to be compared
+
+
+def test_a_hazard_that_does_not_name_its_measure_gives_a_warning():
+    unnamed, skipped = wd.HazardCurve(*POINTS), wd.HazardCurve(*POINTS, measure="")
+    with_measure = curves({"complete": (0.2, 0.2)}, measure="Sa(0.6 s, 5 %)")
+    tree = wd.HazardLogicTree([unnamed, unnamed], [0.5, 0.5])
+    match = r"annual_rates: the hazard does not name .* Give HazardCurve\(\.\.\., measure='Sa\(0\.6 s, 5 %\)'\)"
+    for hazard in (unnamed, tree):
+        with pytest.warns(UserWarning, match=match):
+            found = wd.annual_rates(with_measure, hazard)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        same = wd.annual_rates(with_measure, skipped)
+        wd.annual_rates(curves({"complete": (0.2, 0.2)}), unnamed)  # curves of a table without a measure
+    np.testing.assert_array_equal(found["annual_rate"], same["annual_rate"])
 
 
 def test_intensities_in_another_unit_are_told():

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import warpdyn as wd
+from warpdyn.model.scene.plausibility import warn_of_implausible
 
 pytestmark = [pytest.mark.meant_as_given("no_damping", "damping_ratio", "first_period", "strongest_motion")]
 TIME = 0.01 * np.arange(500)
@@ -121,3 +122,24 @@ def test_misuse_is_refused():
     axles = wd.RoadBump(height=0.05, length=2.0).motion_of_axles(car.wheelbase, speed=10.0, duration=3.0, step=0.002)
     with pytest.raises(ValueError, match="unknown parameter 'incidence_angle'"):
         wd.Scene(car, axles, angle)
+
+
+@pytest.mark.parametrize(
+    "given", [wd.GivenValues([0.0, 45.0]), wd.RandomValue(wd.Uniform(0.0, 90.0)), wd.RandomValue(wd.Normal(0.0, 30.0))]
+)
+def test_angles_in_degrees_give_a_warning(given):
+    with pytest.warns(UserWarning, match=r"angle of incidence is .* rad \(usual: at most 7 rad\): if given in degrees"):
+        warn_of_implausible(wd.Scene(building(), PAIR, {"incidence_angle": given}))
+
+
+@pytest.mark.parametrize(
+    "load",
+    [wd.HarmonicForce([1e3] + [0.0] * 5, 10.0, 1.0), wd.FreeVibration(1.0, velocity=[0.1, 0.0, 0.0] * 2)],
+    ids=["force", "free vibration"],
+)
+def test_an_angle_without_a_base_motion_is_refused(load):
+    angle = {"incidence_angle": wd.RandomValue(wd.Uniform(0.0, 2 * np.pi))}
+    match = r"scatter\['incidence_angle'\] has no effect under a (HarmonicForce|FreeVibration), which does not move"
+    with pytest.raises(ValueError, match=match):
+        wd.Scene(building(), load, angle)
+    wd.Scene(building(), load)

@@ -22,7 +22,8 @@ def warnings_of(call: Callable[[], object]) -> str:
         warnings.simplefilter("always")
         structure = call()
         if isinstance(structure, wd.LumpedStructure):
-            warn_of_implausible(wd.Scene(structure, MOTION))
+            motion = wd.PairOfMotions(MOTION, MOTION) if structure.components > 1 else MOTION
+            warn_of_implausible(wd.Scene(structure, motion))
     return " ".join(str(each.message) for each in found)
 
 
@@ -40,19 +41,45 @@ def frame(**changes) -> wd.LumpedStructure:
     return wd.LumpedStructure({"u1": given["mass"], "u2": given["mass"]}, springs, **DAMPED)
 
 
+def sliding(weight: float = 100e3 * 9.81, **changes) -> wd.LumpedStructure:
+    """Return a pier, and a deck of 200 t on two sliders: one on the pier, one on the abutment."""
+    law = wd.laws.FrictionSlider(fast_friction=0.08, slow_friction=0.03, rate_parameter=50.0, radius=2.0, weight=weight)
+    stiffness = 31 * weight
+    springs = [
+        wd.BiaxialSpring("at pier", {"x": 1.0, "px": -1.0}, {"y": 1.0, "py": -1.0}, law=law, stiffness=stiffness),
+        wd.BiaxialSpring("at abutment", {"x": 1.0}, {"y": 1.0}, law=law, stiffness=stiffness),
+        wd.Spring("pier x", {"px": 1.0}, stiffness=1e8),
+        wd.Spring("pier y", {"py": 1.0}, stiffness=1e8),
+    ]
+    masses = {"x": 200e3, "y": 200e3, "px": 40e3, "py": 40e3}
+    influence = [{"x": 1.0, "px": 1.0}, {"y": 1.0, "py": 1.0}]
+    return wd.LumpedStructure(masses, springs, influence=influence, **DAMPED)
+
+
+def pounding(impact_mass: float) -> wd.LumpedStructure:
+    """Return two masses of 150 and 300 t (mass of the impact: 100 t) with a contact."""
+    law = wd.laws.JankowskiContact(clearance=0.02, hertz_stiffness=2.75e9, restitution=0.65, impact_mass=impact_mass)
+    springs = [
+        wd.Spring("left", {"a": 1.0}, stiffness=3e7),
+        wd.Spring("right", {"b": 1.0}, stiffness=9e7),
+        wd.Spring("contact", {"a": 1.0, "b": -1.0}, law=law),
+    ]
+    return wd.LumpedStructure({"a": 150e3, "b": 300e3}, springs, influence={"a": 1.0, "b": 1.0}, **DAMPED)
+
+
 def hinge(**changes) -> wd.FlexuralShearBuilding:
     given = {"law": "bilinear", "stiffness": 1e12, "yield_force": 4e8, "hardening_ratio": 0.02} | changes
     return wd.FlexuralShearBuilding([4e5] * 4, 3.0, period=0.4, alpha0=4.0, base_hinge=given, **DAMPED)
 
 
-def torsional(plan: list) -> wd.TorsionalBuilding:
+def torsional(plan: list, **changes) -> wd.TorsionalBuilding:
     edges = np.array(plan)
     frames = [
         wd.PlanFrame("front", (0.0, edges[1, 0]), "x", 6e7),
         wd.PlanFrame("back", (0.0, edges[1, 1]), "x", 6e7),
         wd.PlanFrame("west", (edges[0, 0], 0.0), "y", 9e7),
     ]
-    return wd.TorsionalBuilding([1.5e5], plan, frames, base_motion="x", **DAMPED)
+    return wd.TorsionalBuilding([1.5e5], plan, frames, base_motion="x", **DAMPED, **changes)
 
 
 def soil(**changes) -> wd.Soil:
@@ -69,8 +96,11 @@ def absorber(**changes) -> wd.LumpedStructure:
 
 @pytest.mark.parametrize(
     "call",
-    [frame, hinge, lambda: torsional(PLAN), soil, tower, absorber, lambda: tower(gravity_load="weight")],
-    ids=["frame", "hinge", "torsional", "soil", "tower", "absorber", "gravity"],
+    [
+        *(frame, hinge, lambda: torsional(PLAN), soil, tower, absorber, lambda: tower(gravity_load="weight")),
+        *(sliding, lambda: pounding(100e3), lambda: torsional(PLAN, inertia=1.5e5 * 8.0**2)),
+    ],
+    ids=["frame", "hinge", "torsional", "soil", "tower", "absorber", "gravity", "sliding", "pounding", "inertia"],
 )
 def test_plausible_structures_give_no_warning(call):
     assert warnings_of(call) == ""
@@ -97,6 +127,15 @@ def test_plausible_structures_give_no_warning(call):
         (lambda: soil(shear_wave_velocity=0.15), ("shear-wave velocity of the soil", "km/s, it would be 150 m/s")),
         (lambda: tower(3000.0), ("storey height at storey 1 is 3000 m", "given in mm, it would be 3 m")),
         (lambda: tower(gravity_load=3924.0), ("gravity load over mass times g is 0.001", "given in kN")),
+        (
+            lambda: sliding(100e3),
+            ("weight on the sliders over the weight that moves on them is 0.10197", "given in kg"),
+        ),
+        (lambda: sliding(981.0), ("weight on the sliders over the weight that moves on them is 0.001", "given in kN")),
+        (lambda: pounding(100.0), ("of spring 'contact' is 0.001", "impact_mass given in tonnes, it would be 1")),
+        (lambda: torsional(PLAN, inertia=8.2e3), ("half the diagonal of the plan is 0.02", "inertia given in t m2")),
+        (lambda: torsional(PLAN, inertia=7.0), ("half the diagonal of the plan", "mass * radius**2")),
+        (lambda: torsional(PLAN, inertia=1.5e5 * 15**2), ("half the diagonal of the plan is 1.28",)),
         (lambda: absorber(mass_ratio=0.9), ("tuned mass damper is 0.9", "percent, it would be 0.009")),
     ],
 )

@@ -151,3 +151,15 @@ def test_scenes_with_the_larger_component_are_built_again_from_json():
     scene = wd.Scene(deck, stripes)
     again = wd.Scene.from_json(scene.to_json(), [pair(1)])
     assert again.excitation.measure == stripes.measure
+
+
+@pytest.mark.parametrize(
+    "measure", [wd.SpectralAcceleration(PERIOD), wd.AverageSpectralAcceleration([PERIOD]), wd.PeakGroundAcceleration()]
+)
+def test_a_measure_of_one_component_takes_the_components_of_a_pair(measure):
+    both = pair(1)
+    with pytest.raises(
+        TypeError, match=r"must be a GroundMotion, got PairOfMotions.* measure\.values\(pair\.components"
+    ):
+        measure.values([both])
+    np.testing.assert_array_equal(measure.values(both.components), [measure.value(both.x), measure.value(both.y)])

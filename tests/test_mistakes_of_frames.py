@@ -251,3 +251,35 @@ def test_wrong_scatter_and_wrong_results_are_refused():
     run = wd.simulate(wd.Scene(structure, motion), device="cpu")
     with pytest.raises(ValueError, match="the run has no forces of members"):
         frame.demand_capacity(run)
+
+
+NODES = "node;x;y\nA;0,0;0,0\nB;0,0;4,0\nC;6,0;4,0\nD;6,0;0,0\n"
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        (NODES, r"^nodes: .*nodes\.csv: its columns are separated by ';' \(semicolons\) instead of commas"),
+        (NODES.replace(",", "."), r"^nodes: .*nodes\.csv: its columns are separated by ';'"),
+        (
+            NODES.replace(";", ","),
+            r"^nodes: .*line 2 has 5 values, but there are 3 columns.* decimal points, not commas",
+        ),
+        ('node,x,y\nA,"0,0","0,0"\n', r"nodes: x of node 'A' must be a number .* has a decimal comma: save the file"),
+    ],
+)
+def test_tables_with_semicolons_and_decimal_commas_say_how_they_are_read(text, message, tmp_path):
+    path = tmp_path / "nodes.csv"
+    path.write_text(text)
+    with pytest.raises(ValueError, match=message):
+        wd.Frame(**changed(nodes=path))
+    table = pd.read_csv(path, sep=";", decimal=",")
+    if len(table.columns) > 1 and table["x"].dtype.kind == "f":
+        wd.Frame(**changed(nodes=table))
+
+
+def test_a_table_that_was_read_as_one_column_says_how_it_is_read(tmp_path):
+    path = tmp_path / "nodes.csv"
+    path.write_text(NODES.replace(",", "."))
+    with pytest.raises(ValueError, match=r"nodes: the table has the only column 'node;x;y'.* sep=';'"):
+        wd.Frame(**changed(nodes=pd.read_csv(path)))

@@ -197,3 +197,21 @@ def test_a_drawn_value_that_is_wrong_is_named(scatter, message):
     scene = wd.Scene(damped, MOTION, {name: wd.GivenValues(values) for name, values in scatter.items()})
     with pytest.raises(ValueError, match=message):
         wd.simulate(scene, device="cpu")
+
+
+@pytest.mark.parametrize(
+    ("load", "name"),
+    [
+        (wd.FreeVibration(1.0, velocity=0.1), "FreeVibration.velocity"),
+        (wd.FreeVibration(1.0, displacement=0.1), "FreeVibration.displacement"),
+        (wd.HarmonicForce([0.0, 0.0, 0.0], 1.0, 1.0, initial_velocity=0.1), "HarmonicForce.initial_velocity"),
+    ],
+)
+def test_one_initial_value_for_translations_and_rotations_is_refused(load, name):
+    turning = {"mass": MASS | {"theta": 1e6}, "influence": {"x": 1.0}}
+    deck = structure(springs=[*BOTH, wd.Spring("c", {"theta": 1.0}, stiffness=1e8)], **turning)
+    match = rf"{name} has 1 value \[m.*rad.*\], .* rotations \(theta\): give one value per degree of freedom, shape \[3"
+    with pytest.raises(ValueError, match=match):
+        wd.Scene(deck, load)
+    wd.Scene(deck, wd.FreeVibration(1.0, velocity=[0.1, 0.1, 0.0]))
+    wd.Scene(structure(rotations=["x", "y"], influence={"x": 1.0}), wd.FreeVibration(1.0, velocity=0.1))

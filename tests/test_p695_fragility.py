@@ -1,4 +1,4 @@
-"""The main job's file: what it must hold, and that its curves are those of its own samples."""
+"""The result file of the main job: its variables, and curves that agree with its samples."""
 
 from __future__ import annotations
 
@@ -52,8 +52,8 @@ def test_status_is_a_flag_variable_without_failures(result: xr.Dataset) -> None:
 
 
 def test_energy_balances_in_every_sample(result: xr.Dataset) -> None:
-    # On a CPU the default method of this building is stoermer, whose energies are trapezoidal sums over whole steps;
-    # with half the step the largest error is a seventh. Seen: 3.6e-3. RK4, the default on a GPU, errs by 2e-4.
+    # On a CPU the default method of this building is stoermer, whose energies are trapezoidal sums over whole steps.
+    # Largest measured error: 3.6e-3, and 1/7 of it with half the step. RK4, the default on a GPU: 2e-4.
     assert np.abs(result["energy_balance_error"]).max() < (1e-3 if result.attrs["method"] == "rk4" else 5e-3)
 
 
@@ -62,17 +62,17 @@ def test_curves_are_ordered_and_bounded(result: xr.Dataset) -> None:
     median, dispersion = result["fragility_median"].values, result["fragility_dispersion"].values
     assert result["fragility_median"].attrs["units"] == "g"
     assert np.all(np.diff(median) > 0)
-    # Lognormal curves of different dispersions cross somewhere; here only where both are as good as 0 or 1.
+    # Lognormal curves with different dispersions cross. These cross only where both differ from 0 or 1 by rounding.
     assert np.all(np.diff(result["fragility_curve"].values, axis=0) <= 1e-12)
     for name, value in (("fragility_median", median), ("fragility_dispersion", dispersion)):
         assert np.all(result[f"{name}_lower"] < value)
         assert np.all(value < result[f"{name}_upper"])
     last = result["exceedance_fraction"].sel(damage_state="complete").values[-1]
-    assert last > 0.95  # the stripes reach up to where nearly all pass the last limit
+    assert last > 0.95  # at the highest level, nearly all samples exceed the last limit
 
 
 def test_curves_fit_the_samples(result: xr.Dataset) -> None:
-    """Count and fit again with scipy alone."""
+    """Count the exceedances and fit the curves by SciPy, without functions of warpdyn."""
     worst = result["peak_storey_drift_ratio"].max("storey").values
     levels, stripe = np.unique(result["im_level"], return_inverse=True)
     for state, limit in zip(STATES, (0.0033, 0.0067, 0.02, 0.0533), strict=True):
@@ -85,25 +85,25 @@ def test_curves_fit_the_samples(result: xr.Dataset) -> None:
 
         fit = minimize(loss, [0.0, -1.0], method="Nelder-Mead", options={"xatol": 1e-8, "fatol": 1e-10}).x
         row = result.sel(damage_state=state)
-        assert float(row["fragility_median"]) == pytest.approx(np.exp(fit[0]), rel=1e-5)  # Nelder-Mead's own tolerance
+        assert float(row["fragility_median"]) == pytest.approx(np.exp(fit[0]), rel=1e-5)  # tolerance of Nelder-Mead
         assert float(row["fragility_dispersion"]) == pytest.approx(np.exp(fit[1]), rel=1e-5)
 
 
 def test_elastic_stripe_follows_the_spectrum(result: xr.Dataset) -> None:
-    """At 0.05 g the building stays elastic; its first-mode roof displacement is Sd(T1) times participation."""
+    """At 0.05 g the building is elastic. Its first storey drift is Sd(T1) times the share of this storey in mode 1."""
     weak = result.isel(sample=np.flatnonzero(np.isclose(result["im_level"], 0.05)))
     drift = weak["peak_storey_drift"].sel(storey=1).values
     spectral_displacement = 0.05 * 9.80665 * (0.75 / (2 * np.pi)) ** 2
-    # First mode of a uniform five-storey chain: shape sin(i pi / 11), participation 1.252 at the roof.
+    # First mode of a uniform chain of five storeys: shape sin(i pi / 11); participation factor at the top floor: 1.252.
     shape = np.sin(np.arange(1, 6) * np.pi / 11)
     expected = shape.sum() / (shape @ shape) * shape[0] * spectral_displacement
-    # 7 % damping rather than 5, higher modes and the scatter of periods: each sample lies elsewhere, the median near.
+    # The building has 7 % damping (spectrum: 5 %), higher modes and random periods: only the median is compared.
     assert np.median(drift) == pytest.approx(expected, rel=0.15)
 
 
 @pytest.mark.as_shipped
 def test_default_step_errs_as_little_as_the_readme_says(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Against float64 at half the finest record's step, where the error is some ten times less."""
+    """The reference is float64 at half of the shortest record step; its error is about 1/10 of that of the default."""
     monkeypatch.syspath_prepend(ROOT / "studies")
     scene = importlib.import_module("p695_fragility").build_scene()
     default, fine = (
@@ -112,7 +112,8 @@ def test_default_step_errs_as_little_as_the_readme_says(monkeypatch: pytest.Monk
     np.testing.assert_array_equal(default["storey_of_collapse"], fine["storey_of_collapse"])
     error = np.abs(default["peak_storey_drift_ratio"] / fine["peak_storey_drift_ratio"] - 1)
     assert error.quantile(0.95) < 0.0007
-    # The worst are other storeys of buildings that collapse .3 ms too early or late: .0048 here, .003 without these.
+    # The largest errors are in other storeys of buildings that collapse 0.3 ms too early or too late: 0.0048; without
+    # these buildings 0.003.
     assert error.max() < 0.0055
 
 
@@ -121,7 +122,7 @@ def test_figures_are_drawn(main_job: tuple[Path, str]) -> None:
     for name in (f"p695_{kind}" for kind in kinds):
         pixels = image.imread(main_job[0] / f"{name}.png")
         assert min(pixels.shape[:2]) > 400
-        assert np.mean(pixels[..., :3].min(axis=2) < 0.9) > 0.02  # ink on the paper
+        assert np.mean(pixels[..., :3].min(axis=2) < 0.9) > 0.02  # the figure is not empty
 
 
 FIGURES = {
@@ -156,7 +157,7 @@ def test_figures_show_once_where_they_are_the_last_line(main_job: tuple[Path, st
     assert set(FIGURES) == set(wd.plots.__all__) - {
         "animate",
         "frame",
-    }  # an animation; a figure of a Frame, which has tests of its own
+    }  # an animation; the figure of a Frame, which tests/test_frame_plots.py tests
     lines = [
         "import numpy as np, pandas as pd, xarray as xr, warp as wp, warpdyn as wd\n"
         f"wp.config.optimization_level = {wp.config.optimization_level}\n{pyplot}",  # as in other tests
@@ -164,7 +165,7 @@ def test_figures_show_once_where_they_are_the_last_line(main_job: tuple[Path, st
         "building, low = wd.ShearBuilding.from_hazus('C1M', 'high', 5), wd.ShearBuilding.from_hazus('W1', 'high', 1)\n"
         "motion = wd.GroundMotion(np.sin(np.arange(200.0) / 9), 0.01)\n"
         "scene_of_low = wd.Scene(low, wd.Cloud([motion]), recorders=('drift',))\n"
-        "hazard = wd.HazardCurve([0.02, 0.1, 0.5, 2.0, 10.0], [0.3, 0.05, 3e-3, 1e-4, 1e-6])\n"
+        "hazard = wd.HazardCurve([0.02, 0.1, 0.5, 2.0, 10.0], [0.3, 0.05, 3e-3, 1e-4, 1e-6], measure='')\n"
         "columns = ['longitude', 'latitude', 'number', 'probability_extensive', 'standard_error_extensive']\n"
         "results = pd.DataFrame([[-122.3, 37.8, 1, 0.1, 0.1], [-122.2, 37.9, 1, 0.4, 0.1]], columns=columns)",
         *(f"wd.plots.{name}({arguments})" for name, arguments in FIGURES.items()),
@@ -195,7 +196,7 @@ def test_unwritable_output_is_said_before_the_run(tmp_path: Path) -> None:
 
 
 def test_table_in_the_documentation_is_what_the_main_job_prints(main_job: tuple[Path, str]) -> None:
-    # Compared to 1 %, not to the letter: float32 sums differ in the last digits between processors.
+    # The tolerance is 1 %, because float32 sums differ in the last digits between processors.
     def numbers(text: str) -> list[list[float]]:
         rows = re.findall(r"^(?:slight|moderate|extensive|complete) .*$", text, flags=re.MULTILINE)
         return [[float(n) for n in re.findall(r"\d+\.\d+", row)] for row in rows]

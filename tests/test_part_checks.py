@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from hinge_cases import motion, reference_model
 from law_rows import forces_of, rules_of
 
 import warpdyn as wd
@@ -331,12 +332,18 @@ def plans():
     for method, law in (("rk4", "bouc_wen_1"), ("kutta3", "bilinear")):
         yield replace(LUMPED, method=method, law=rules_of(law), starts_displaced=True)
         yield build.history_plan(replace(LUMPED, pattern=replace(LUMPED.pattern, components=2)))
-    # A contact that depends on the rate, and a spring with two components.
+    # A structure with a contact whose force depends on the rate, and with a biaxial spring.
     yield plan_of(MIXED, dynamics_of(MIXED), "rk4", "float32", is_gpu=False)
-    # Equal storeys, of which threads of a GPU share a sample, and one evaluation of the forces per step.
+    # Equal storeys: on a GPU, several threads share a sample. stoermer evaluates the forces once per step.
     for method in ("rk4", "stoermer"):
         yield plan_of(TWISTING, dynamics_of(TWISTING), method, "float32", is_gpu=False)
-    # Collapses in groups of steps.
+    # Massless rotations of a fish-bone frame with hinges.
+    for method in ("rk4", "stoermer"):
+        hinged = wd.Scene(
+            reference_model(drift_capacity=0.1), wd.Cloud([motion("pulse_1", 1)]), recorders=("spring", "residual")
+        )
+        yield plan_of(hinged, dynamics_of(hinged), method, "float32", is_gpu=False)
+    # A kernel that checks for collapse once per group of steps.
     yield replace(PLAIN, method="stoermer", recorders=("drift",), undivided=True)
 
 

@@ -6,6 +6,7 @@ import numpy as np
 import pandas as pd
 import pytest
 import xarray as xr
+from scipy import stats
 from test_damage import LIMITS, made
 
 import warpdyn as wd
@@ -99,6 +100,15 @@ def test_losses_of_a_run_know_its_measure_and_integrate_as_the_samples_do(statis
     drift = run["peak_storey_drift_ratio"].max("storey").values
     ratio = np.select([drift > 0.03, drift > 0.005], [1.0, 0.1], 0.0)
     value = np.array([VALUES[name] / 4 for name in run["archetype"].values])[run["archetype_index"].values]
+    by_motion = pd.Series(ratio * value).groupby([run["im_level"].values, run["motion_index"].values]).sum() / 1300.0
+    for place, level in enumerate(levels):
+        each = by_motion.loc[level]
+        low, high = (
+            stats.t.interval(0.95, len(motions) - 1, each.mean(), each.sem()) if each.var() else (each.mean(),) * 2
+        )
+        bounds = [float(vulnerability[f"mean_loss_ratio_{end}"][place]) for end in ("lower", "upper")]
+        np.testing.assert_allclose(bounds, [max(low, 0.0), min(high, 1.0)], rtol=1e-9)
+    assert by_motion.loc[levels[3]].var() > 0
     loss = pd.Series(ratio * value).groupby(run["im_level"].values).sum() / len(motions)
     level = np.geomspace(levels[0], 1e3, 400_001)
     slope = np.log(1e-5) / np.log(200.0)

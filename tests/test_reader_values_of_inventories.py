@@ -177,3 +177,28 @@ def test_blanks_and_unknown_places_of_buildings(tmp_path):
     with pytest.warns(UserWarning, match=r"of 3 buildings 1 \('3'\) are at longitude 0 and latitude 0"):
         found = wd.inventories.read_r2d(path)
     assert found["structure_type"].cat.categories.tolist() == ["W1"]
+
+
+OF_EUROPE = "id;longitude;latitude\na;-122,3;37,8\nb;-122,3;37,8\n"
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({}, r"no column 'id'.* separated by ';' \(semicolons\): give the table pandas\.read_csv\(path, sep=';'\)"),
+        ({"sep": ";"}, r"\('a' \(-122,3\), .*has a decimal comma: .* pandas\.read_csv\(path, sep=';', decimal=','\)"),
+    ],
+)
+def test_tables_with_semicolons_and_decimal_commas_say_how_they_are_read(options, message, tmp_path):
+    path = tmp_path / "europe.csv"
+    path.write_text(OF_EUROPE)
+    with pytest.raises(ValueError, match=message):
+        wd.inventories.from_table(pd.read_csv(path, **options))
+    assert len(wd.inventories.from_table(pd.read_csv(path, sep=";", decimal=","))) == 2
+
+
+def test_more_values_than_columns_may_be_decimal_commas(tmp_path):
+    path = tmp_path / "commas.csv"
+    path.write_text("id,Latitude,Longitude\n1,37,5,-122,5\n")
+    with pytest.raises(ValueError, match=r"line 2 has 5 values, but there are 3 columns: .* decimal points, not comm"):
+        wd.inventories.read_r2d(path)

@@ -6,7 +6,7 @@ import time
 import pytest
 
 import warpdyn as wd
-from warpdyn.model.inventories import text_tables
+from warpdyn.foundations.files import text
 
 pytestmark = pytest.mark.fast
 
@@ -87,7 +87,7 @@ def test_the_time_of_reading_goes_with_the_number_of_columns(tmp_path):
         file = tmp_path / f"{columns}.csv"
         file.write_text(f"id,{','.join(names)}\n1,{','.join(['1'] * columns)}\n")
         begun = time.process_time()
-        assert text_tables.read_csv(file).shape == (1, columns + 1)
+        assert text.read_csv(file).shape == (1, columns + 1)
         return time.process_time() - begun
 
     seconds(10)  # what is imported at the first call

@@ -286,6 +286,18 @@ def test_an_index_that_is_not_of_a_dimension_takes_nothing(tmp_path, caplog):
     assert "motion_name (rows='motion')" in caplog.text
 
 
+def test_samples_of_joined_buildings_have_the_name_of_their_building(tmp_path):
+    """As of `wd.join({"old": run, "new": other})`; the table had only the number of the building."""
+    run = xr.Dataset(
+        {"peak": ("sample", [1.0, 2.0, 3.0]), "buildings_of_archetype": ("archetype", [1, 2])},
+        {"archetype_index": ("sample", [1, 0, 1]), "archetype": ["old", "new"]},
+    )
+    table = pd.read_csv(wd.write_table(run, tmp_path / "run.csv", rows="sample"))
+    assert table["archetype"].tolist() == ["new", "old", "new"]
+    assert table["archetype_index"].tolist() == [1, 0, 1]
+    assert table["buildings_of_archetype"].tolist() == [2, 1, 2]
+
+
 @pytest.mark.parametrize("name", ["curves.csv", "curves.parquet", "CURVES.CSV"])
 def test_only_a_table_with_the_same_columns_is_replaced(name, tmp_path):
     path = tmp_path / name

@@ -154,6 +154,7 @@ def test_accelerations_side_by_side(tmp_path):
         ),
         ("0,01 0,12\n0,02 -,13\n", {}, r"AT2:1: '0,01 0,12' may be a number with a decimal comma"),
         ("0,01;0,12\n0,02;0,13\n", {}, r"AT2:1: '0,01;0,12' seems to have decimal commas: give decimal_comma=True"),
+        ("t,a\n0,01,0,12\n0,02,0,13\n", {}, r"AT2:2: 4 columns, but 2 names .* decimal commas. Save the file with"),
         ("0,01;0,12\n0.02;0,13\n", {"decimal_comma": True}, "AT2:2: has a decimal point, but decimal_comma"),
         ("1 2\n", {"delimiter": "ab"}, "delimiter must be one character that is not part of a number, got 'ab'"),
         ("1 2\n", {"delimiter": "."}, "delimiter must be one character"),

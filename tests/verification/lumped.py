@@ -8,33 +8,12 @@ import warpdyn as wd
 
 from . import lumped_truth as truth
 from .problem import SCIPY, Outcome, Problem, Row
-from .runs import AS_GIVEN, history
+from .runs import AS_GIVEN, frequencies, history, motion, pair, states
 
 GROUP = "Lumped structures"
 TIME_AND_U = ("time [s]", "displacement [m]")
 STEP = truth.STEP / truth.PARTS
 peak_of = truth.peak_of
-
-
-def motion(values: np.ndarray, step: float = truth.STEP) -> wd.GroundMotion:
-    """Return a ground motion."""
-    return wd.GroundMotion(values, step, "motion")
-
-
-def pair(x: np.ndarray, y: np.ndarray) -> wd.PairOfMotions:
-    """Return a pair of motions."""
-    return wd.PairOfMotions(motion(x), motion(y))
-
-
-def states(run, name: str, places: list[str]) -> np.ndarray:
-    """Return a variable of a history at springs or degrees of freedom by their names, shape [time, place]."""
-    values = run[name].isel(history=0)
-    return values.sel({values.dims[1]: places}).values
-
-
-def frequencies(structure: wd.LumpedStructure) -> np.ndarray:
-    """Return circular frequencies [rad/s]."""
-    return structure.modal()["circular_frequency"].values
 
 
 @AS_GIVEN

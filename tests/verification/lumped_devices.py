@@ -7,9 +7,15 @@ import numpy as np
 import warpdyn as wd
 
 from . import lumped_truth as truth
-from .lumped import EXACT, GROUP, METHOD, MOTION, RK4, STEP, TIME_AND_U, frequencies, motion, pair, peak_of, states
+from .lumped import EXACT, GROUP, METHOD, MOTION, RK4, STEP, TIME_AND_U, peak_of
 from .problem import CLOSED, SCIPY, Outcome, Problem, Row
-from .runs import AS_GIVEN, history
+from .runs import AS_GIVEN, frequencies, history, motion, pair, states
+
+
+def point_mass(mass: float, springs: list) -> wd.LumpedStructure:
+    """Return a mass that moves in x and y, each under one component of the motion; output: the resultant."""
+    both = {"influence": [{"x": 1.0}, {"y": 1.0}], "outputs": {"resultant": [{"x": 1.0}, {"y": 1.0}]}}
+    return wd.LumpedStructure({"x": mass, "y": mass}, springs, **both)
 
 
 @AS_GIVEN
@@ -39,14 +45,8 @@ def friction_slider() -> Outcome:
     )
     stiffness = p["slow"] * weight / p["uy"] + weight / p["radius"]  # uy is that at rest
     slider = wd.BiaxialSpring("slider", {"x": 1.0}, {"y": 1.0}, law=law, stiffness=stiffness)
-    mass = wd.LumpedStructure(
-        {"x": p["mass"], "y": p["mass"]},
-        [slider],
-        influence=[{"x": 1.0}, {"y": 1.0}],
-        outputs={"resultant": [{"x": 1.0}, {"y": 1.0}]},
-    )
     both = pair(truth.pulse(4.0, 1.2, 0.4), truth.pulse(3.0, 0.8, 0.4))
-    run = history(mass, both, STEP, recorders=("output",))
+    run = history(point_mass(p["mass"], [slider]), both, STEP, recorders=("output",))
     u, force = states(run, "displacement", ["x", "y"]), states(run, "spring_force", ["slider x", "slider y"])
     values = [*(peak_of(each) for each in u.T), run["peak_output"].item(), *(peak_of(each) for each in force.T)]
     return Outcome(values, {"path of the slider": (u[:, 0], u[:, 1])})
@@ -85,12 +85,7 @@ def angles() -> Outcome:
     """A structure with two equal directions at given angles of incidence, rk4 at 0.5 ms; recorded peaks."""
     p = truth.OSCILLATOR
     own = {"stiffness": p["stiffness"], "damping_coefficient": p["damping"]}
-    deck = wd.LumpedStructure(
-        {"x": p["mass"], "y": p["mass"]},
-        [wd.Spring(axis, {axis: 1.0}, **own) for axis in "xy"],
-        influence=[{"x": 1.0}, {"y": 1.0}],
-        outputs={"resultant": [{"x": 1.0}, {"y": 1.0}]},
-    )
+    deck = point_mass(p["mass"], [wd.Spring(axis, {axis: 1.0}, **own) for axis in "xy"])
     turned = np.array([*truth.ANGLES, *range(0, 181, 5)])
     scatter = {"incidence_angle": wd.GivenValues(np.radians(turned))}
     both = pair(truth.pulse(5.0, 0.9, 0.6), truth.pulse(4.0, 0.6, 0.5))

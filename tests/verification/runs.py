@@ -8,6 +8,7 @@ import xarray as xr
 import warpdyn as wd
 from warpdyn.foundations.core.plausibility import CHECKS
 
+STEP_OF_MOTIONS = 0.01  # s, of the motions of problems on lumped structures
 AS_GIVEN = wd.meant_as_given(*CHECKS)  # problems of textbooks have units such as kips and inches
 
 
@@ -33,6 +34,27 @@ def history(structure, load, step: float, method: str = "rk4", **scene) -> xr.Da
     )
     assert run["status"].item() == 0
     return run
+
+
+def motion(values: np.ndarray, step: float = STEP_OF_MOTIONS) -> wd.GroundMotion:
+    """Return a ground motion."""
+    return wd.GroundMotion(values, step, "motion")
+
+
+def pair(x: np.ndarray, y: np.ndarray) -> wd.PairOfMotions:
+    """Return a pair of motions."""
+    return wd.PairOfMotions(motion(x), motion(y))
+
+
+def states(run, name: str, places: list[str]) -> np.ndarray:
+    """Return a variable of a history at springs or degrees of freedom by their names, shape [time, place]."""
+    values = run[name].isel(history=0)
+    return values.sel({values.dims[1]: places}).values
+
+
+def frequencies(structure: wd.LumpedStructure) -> np.ndarray:
+    """Return circular frequencies [rad/s]."""
+    return structure.modal()["circular_frequency"].values
 
 
 def at(run: xr.Dataset, name: str, times, dof: int = 0) -> np.ndarray:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -37,7 +37,8 @@ class HazardCurve(FrozenArrays):
         intensity: Intensity measure [units], shape [point], positive and increasing.
         annual_rate: Mean annual rate of exceedance [1/year], shape [point], positive; it must not increase.
         measure: Name of the intensity measure, such as "PGA", "SA(0.75)" or "Sa(0.75 s, 5 %)". Fragility curves of
-            another measure then cause an error; a name that warpdyn does not know causes a warning. "": no check.
+            another measure then cause an error; a name that warpdyn does not know causes a warning. None: missing,
+            which causes a warning if the fragility curves name their measure. "": no check.
         units: Units of the intensity, which must be those of the fragility curves: "g" or SI units such as "m s-1"
             (also written "m/s"; "cm/s" is converted). None: "g", which is allowed only for accelerations.
 
@@ -46,6 +47,9 @@ class HazardCurve(FrozenArrays):
             or rates increase; if the last two rates are equal, because the rate would then never fall to 0; if the
             measure cannot have these units.
         TypeError: If `measure` or `units` is not text.
+
+    Attributes:
+        is_unnamed: Whether the argument `measure` is missing.
 
     Example:
         >>> hazard = wd.HazardCurve([0.1, 0.3, 1.0], [1e-2, 1e-3, 5e-5], measure="SA(0.75)")
@@ -60,11 +64,13 @@ class HazardCurve(FrozenArrays):
     annual_rate: np.ndarray
     measure: str = ""
     units: str = "g"
+    is_unnamed: bool = field(default=False, init=False, repr=False)
 
     def __init__(
-        self, intensity: ArrayLike, annual_rate: ArrayLike, *, measure: str = "", units: str | None = None
+        self, intensity: ArrayLike, annual_rate: ArrayLike, *, measure: str | None = None, units: str | None = None
     ) -> None:
-        measure = checked_text("measure", measure)
+        object.__setattr__(self, "is_unnamed", measure is None)
+        measure = checked_text("measure", "" if measure is None else measure)
         given, (units, factor) = units, units_of_hazard(measure, units)
         intensity = _positive_points("intensity", intensity, given or units)
         rate = _positive_points("annual_rate", annual_rate)
@@ -106,7 +112,13 @@ class HazardCurve(FrozenArrays):
 
     @classmethod
     def from_probabilities(
-        cls, intensity: ArrayLike, probability: ArrayLike, years: float, *, measure: str = "", units: str | None = None
+        cls,
+        intensity: ArrayLike,
+        probability: ArrayLike,
+        years: float,
+        *,
+        measure: str | None = None,
+        units: str | None = None,
     ) -> HazardCurve:
         """Return a curve from probabilities of exceedance in a number of years, for a Poisson process.
 
@@ -322,6 +334,11 @@ class HazardLogicTree(FrozenArrays):
     def units(self) -> str:
         """Units of the intensity measure, which all branches share."""
         return self.curves[0].units
+
+    @property
+    def is_unnamed(self) -> bool:
+        """Whether the argument `measure` is missing in all branches."""
+        return all(curve.is_unnamed for curve in self.curves)
 
     def rate_of(self, intensity: ArrayLike) -> np.ndarray:
         """Return the annual rates at which intensities are exceeded [1/year], as the weighted mean over the branches.

@@ -7,8 +7,10 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
+from scipy.special import stdtrit
 
 from warpdyn.answers.fragility.curve_variables import variable
+from warpdyn.answers.fragility.lognormal_fit import check_confidence
 from warpdyn.answers.risk.event_losses import MONEY, checked_event_rates, rates_of_losses
 from warpdyn.answers.risk.losses import RETURN_PERIODS
 from warpdyn.campaigns.reductions.damage.loss_ratios import Ratios, check_archetypes, ratios_of_archetypes
@@ -26,6 +28,7 @@ def portfolio_losses(
     *,
     event_rates: ArrayLike | None = None,
     return_periods: Sequence[float] = RETURN_PERIODS,
+    confidence: float = 0.95,
 ) -> xr.Dataset:
     """Return the losses of a portfolio in each event, by archetype and in total, and annual losses if rates are given.
 
@@ -39,15 +42,18 @@ def portfolio_losses(
         event_rates: Annual rate of each event (or motion) [1/year], shape [event], in the order of the shares; or a
             DataArray over the events, whose labels are matched. None: no annual losses are computed.
         return_periods: Return periods of the total loss [year]; used only if `event_rates` is given.
+        confidence: Probability that the interval of the mean loss ratio covers the true value [1]; for runs on stripes.
 
     Returns:
         `archetype_loss_ratio(archetype, event)` [1] and `archetype_loss(archetype, event)` [currency]; `loss(event)`
         [currency] and `loss_ratio(event)` [1] of the portfolio; `loss_deviation(event)` [currency], the standard
         deviation caused by the scatter of the loss ratios, which are independent between buildings. A run on stripes
         adds the dimension `stripe`, and the vulnerability function of the portfolio: `mean_loss_ratio(intensity)` [1],
-        the mean of `loss_ratio` over the events, and its `coefficient_of_variation(intensity)` [1] (of the events and
-        of the loss ratios). `expected_annual_loss` integrates it over a hazard curve, and `plots.vulnerability` draws
-        it. If `event_rates` is given: `archetype_expected_annual_loss(archetype)` and
+        the mean of `loss_ratio` over the events, with `_lower` and `_upper` (NaN with one event), and its
+        `coefficient_of_variation(intensity)` [1] (of the events and of the loss ratios). The interval is that of the
+        mean of independent events, by the t distribution, limited to 0 to 1; it does not include the scatter of other
+        portfolios with the same distributions. `expected_annual_loss` integrates it over a hazard curve, and
+        `plots.vulnerability` draws it. If `event_rates` is given: `archetype_expected_annual_loss(archetype)` and
         `expected_annual_loss` [currency/year]; `loss_exceedance_rate(event)`, the annual rate of losses above the loss
         of the event [1/year]; and `return_period_loss(return_period)` [currency], the smallest loss of an event that is
         exceeded at most once per return period on average (0 if events are rarer).
@@ -66,6 +72,7 @@ def portfolio_losses(
     """
     needed = "archetype_damage_share", "counted_buildings"
     check_dataset(_FUNCTION, shares, *needed, advice="give the result of damage_shares(run, limits)", argument="shares")
+    check_confidence(confidence)
     names = [str(name) for name in shares["archetype"].values]
     states = [str(state) for state in shares["damage_state"].values if str(state) != NO_DAMAGE]
     ratios = ratios_of_archetypes(_FUNCTION, names, states, loss_ratios)
@@ -107,7 +114,7 @@ def portfolio_losses(
         {name: text for name, text in shares.attrs.items() if name in ("title", "history", "seed")},
     )
     if "stripe" in total.dims:
-        result = _with_vulnerability(result, shares, along)
+        result = _with_vulnerability(result, shares, along, confidence)
     if event_rates is None:
         return result
     if "stripe" in total.dims:
@@ -125,27 +132,38 @@ def portfolio_losses(
     ).merge(rates_of_losses(per_event, rates, return_periods))
 
 
-def _with_vulnerability(losses: xr.Dataset, shares: xr.Dataset, along: str) -> xr.Dataset:
+def _with_vulnerability(losses: xr.Dataset, shares: xr.Dataset, along: str, confidence: float) -> xr.Dataset:
     """Return the losses of a run on stripes with the vulnerability function of the portfolio.
 
     Args:
         losses: `loss_ratio` [1], dimensions `along` and "stripe".
         shares: The damage shares, with the levels of the stripes.
         along: "event" or "motion"; all of them have equal weights in the mean.
+        confidence: Probability that the interval covers the true mean [1].
     """
     each = losses["loss_ratio"]
-    mean = each.mean(along)
+    mean, count = each.mean(along), each.sizes[along]
+    variance = each.var(along, ddof=1) if count > 1 else np.nan * mean
+    # The buildings are the same in all events, so that only the events are a sample.
+    half = (variance / count) ** 0.5 * stdtrit(count - 1, (1 + confidence) / 2)
     of_ratios = ((losses["loss_deviation"] / losses["replacement_value"].sum()) ** 2).mean(along)
-    spread = ((each.var(along, ddof=1) if each.sizes[along] > 1 else np.nan * mean) + of_ratios) ** 0.5
+    spread = (variance + of_ratios) ** 0.5
     variation = (spread / mean).where(mean > 0)
     functions = {
         "mean_loss_ratio": variable("intensity", mean.values, "mean loss ratio of the portfolio"),
+        "mean_loss_ratio_lower": variable(
+            "intensity", (mean - half).clip(min=0.0).values, "mean loss ratio, lower bound"
+        ),
+        "mean_loss_ratio_upper": variable(
+            "intensity", (mean + half).clip(max=1.0).values, "mean loss ratio, upper bound"
+        ),
         "coefficient_of_variation": variable(
             "intensity", variation.values, "coefficient of variation of the portfolio's loss ratio"
         ),
     }
     level = ("intensity", shares["stripe"].values, shares["stripe"].attrs)
-    return losses.assign(functions).assign_coords(intensity=level).assign_attrs(measure_of_dataset(shares))
+    about = {"confidence": float(confidence), "interval_method": f"t distribution of the mean over the {along}s"}
+    return losses.assign(functions).assign_coords(intensity=level).assign_attrs(measure_of_dataset(shares) | about)
 
 
 def _checked_values(names: Sequence[str], given: Mapping[str, float]) -> np.ndarray:

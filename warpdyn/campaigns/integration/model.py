@@ -17,7 +17,7 @@ from warpdyn.engine.kernels import arguments
 from warpdyn.engine.kernels.auxiliary.interpolation import interpolated
 from warpdyn.engine.kernels.build import composed, fitted, undivided
 from warpdyn.engine.kernels.output_table import RECORDERS, STATE, recorded
-from warpdyn.engine.kernels.plan import Plan, memory_of_springs
+from warpdyn.engine.kernels.plan import Plan, has_line, memory_of_springs
 from warpdyn.engine.kernels.queues import checked_devices
 from warpdyn.engine.methods.defaults import FALLBACK
 from warpdyn.engine.methods.kinds import MultistepMethod
@@ -155,9 +155,13 @@ class Model:
     def _recorded(self, recorders: tuple[str, ...]) -> dict[str, Variable]:
         """Return the variables that the given recorders and the method fill for each sample, by name."""
         plan, is_adaptive = self.plan, self.method.is_adaptive
-        has_storeys = plan.pattern is not None and bool(plan.pattern.storeys)
         return recorded(
-            plan.family, recorders, is_adaptive=is_adaptive, collapses=plan.collapses, has_storeys=has_storeys
+            plan.family,
+            recorders,
+            is_adaptive=is_adaptive,
+            collapses=plan.collapses,
+            has_line=has_line(plan),
+            has_storeys=plan.pattern is not None and bool(plan.pattern.storeys),
         )
 
     @cached_property

@@ -149,6 +149,7 @@ def build_run(
     excitation.check_structures(structures)
     # If a distribution exceeds its bounds, the error names a drawn value instead of the median.
     first = sampler.draw(np.arange(1))
+    sampler.check_given_and_medians()
     stepped_as = METHODS[FALLBACK] if integration.refinement > 1 else row  # refinement divides the default steps of RK4
     timeline = build_timeline(
         scene,

@@ -10,12 +10,14 @@ from warpdyn.engine.kernels.arguments import lane_rows
 from warpdyn.engine.kernels.auxiliary.sampling import correlate_normals, fill_uniforms
 from warpdyn.engine.kernels.build import CPU_LANES
 from warpdyn.foundations.core.checks import check_memory
+from warpdyn.foundations.core.messages import amount_of
 from warpdyn.foundations.core.random_numbers import Purpose
 from warpdyn.foundations.core.thread_pool import in_parts
 from warpdyn.model.scene.correlation import correlation_factor
 from warpdyn.model.scene.scatter import (
     GivenValues,
     Scatter,
+    central,
     combined,
     storeys_with,
 )
@@ -57,9 +59,10 @@ class Sampler:
     ) -> None:
         for name, spread in scatter.items():
             if isinstance(spread, GivenValues) and len(spread.values) != structures:
+                listed = amount_of(len(spread.values), "structure")
                 raise ValueError(
-                    f"scatter[{name!r}] lists values for {len(spread.values)} structures, but structures={structures}: "
-                    "remove structures=, or list a value for each structure"
+                    f"scatter[{name!r}] lists values for {listed}, but the run has {amount_of(structures, 'structure')}"
+                    ": all GivenValues, and structures= if it is given, must have the same number of structures"
                 )
         self.structure, self.scatter, self.seed = structure, scatter, seed
         self.variables, self.factor = correlation_factor(structure, scatter, correlation)
@@ -102,7 +105,7 @@ class Sampler:
             structures: Indices of the structures, increasing.
             threads: Number of CPU threads.
             is_all: Whether all other parameters have their nominal values. Then the drawn values are also checked for
-                contradictions with the nominal values.
+                contradictions with the nominal values. Give False with `only`.
             only: Names of the parameters to return; None: all.
 
         Raises:
@@ -116,23 +119,42 @@ class Sampler:
 
         def fill(part: slice) -> None:
             normals = self._normals(structures[part], None if points is None else points[part])
-            row = 0
+            end = 0
             for name, spread in self.scatter.items():
-                count = spread.variables(self.structure.length_of(name))
+                first, end = end, end + spread.variables(self.structure.length_of(name))
                 if name not in drawn:
-                    row += count
                     continue
-                own, varied = normals[row : row + count], spread.varied(name, self.structure)
+                own, varied = normals[first:end], spread.varied(name, self.structure)
                 values = combined(nominal[name], spread, own, structures[part], varied)
                 if not isinstance(spread, GivenValues):
                     values = self.structure.tied(name, values)
                 drawn[name][part] = values.T
-                row += count
-            taken = {name: values[part] for name, values in drawn.items()}
-            self._check(taken, structures[part], is_all and only is None)
+            self._check({name: values[part] for name, values in drawn.items()}, structures[part], is_all)
 
         in_parts(fill, structures.size, threads)
         return drawn
+
+    def check_given_and_medians(self) -> None:
+        """Raise a ValueError if a given value of any structure, or the median of a random value, is out of bounds.
+
+        The default step is that of the median structure, so that its parameters must be valid before any is drawn.
+        """
+        for name, spread in self.scatter.items():
+            is_given = isinstance(spread, GivenValues)
+            values = (
+                spread.values
+                if isinstance(spread, GivenValues)
+                else central(self.structure, {name: spread})[name][None]
+            )
+            axes = ("structure", self.structure.dim_of(name))
+            taken = storeys_with(self.structure.nominal_values[name]) if values.ndim == 2 else None
+            what = f"the given {name}" if is_given else f"the median of the random {name}"
+            problem = self.structure.parameter_table[name].first_violation(
+                what, values, axes[: values.ndim], None, taken, self.structure.names_along(axes[1])
+            )
+            if problem:
+                place = problem if is_given else problem.replace(" at structure 0; ", "; ").replace("structure 0, ", "")
+                raise ValueError(f"{place}; {'correct its GivenValues' if is_given else REMEDY}")
 
     def _check(self, drawn: dict[str, np.ndarray], structures: np.ndarray, is_all: bool) -> None:
         """Raise a ValueError if a value is out of the bounds of its parameter, or if values contradict each other."""

@@ -24,6 +24,7 @@ from warpdyn.engine.methods.kinds import MultistepMethod
 from warpdyn.engine.methods.table import METHODS, StoreyForces
 from warpdyn.foundations.core.checks import one_of, real_number, true_or_false, whole_number
 from warpdyn.foundations.core.thread_pool import MOST_THREADS, cores
+from warpdyn.model.ground_motions.filtered_noise import FilteredNoise
 from warpdyn.model.structures.shear_building import ShearBuilding
 from warpdyn.model.structures.structure import Structure
 
@@ -45,9 +46,9 @@ class Integration:
 
     Args:
         method: Name of the integration method, such as "rk4". None: if `target_error` is given, `plan` chooses.
-            Otherwise, if no step is given, the cheapest method whose measured error is at most 1.2 times that of "rk4"
-            for the scene's storey laws on the processor of the run (CPU or GPU); else "rk4". The attributes `method`
-            and `method_chosen_because` of the run contain the method and the reason.
+            Otherwise, if no step is given, the cheapest method whose measured error is at most that of "rk4" for the
+            scene's storey laws; the recorders and the processor of the run (CPU or GPU) decide which is cheapest. The
+            attributes `method` and `method_chosen_because` of the run contain the method and the reason.
         dtype: Number type, "float32" or "float64". None: the choice for `target_error`, or "float32"; "float64" for a
             LumpedStructure in which float32 would be inaccurate, such as a tall flexural-shear building.
         step: Integration step [s], which must divide the step of every motion; None: chosen for each motion.
@@ -129,9 +130,7 @@ class Integration:
         """Whether the user determines the step, directly or by a target error."""
         return any(value is not None for value in (self.step, self.longest_step, self.target_error))
 
-    def settled(
-        self, forces: StoreyForces, scene: Scene, *, is_gpu: bool, error_of_float32: float = 0.0
-    ) -> Settled:
+    def settled(self, forces: StoreyForces, scene: Scene, *, is_gpu: bool, error_of_float32: float = 0.0) -> Settled:
         """Return the settings for a scene, with the default method if none is given, and the refinement of steps.
 
         Args:
@@ -148,6 +147,7 @@ class Integration:
                 measured_dampings(scene.structure),
                 is_gpu=is_gpu,
                 records_only_drifts=scene.recorders == ("drift",) and scene.collapse_limit is None,
+                is_noise=isinstance(scene.excitation, FilteredNoise),
             )
             chosen |= {"method": default.method, "refinement": default.steps, "reason": default.reason}
         elif isinstance(METHODS[chosen["method"]], MultistepMethod) and not self.is_stepped:

@@ -163,7 +163,8 @@ class StabilityFindings:
                 "equilibrium at the end of a step; demands of such samples are NaN. If the force of a storey law "
                 "jumps, as when the energy capacity of an Ibarra-Medina-Krawinkler storey is exhausted, the step has "
                 "no solution, and a shorter step does not help. Use an explicit method: "
-                f'method="{FALLBACK}"'
+                f'method="{FALLBACK}". Of a fish-bone frame, spring_without_equilibrium names the hinge; try a shorter '
+                "step"
             )
         if self.too_long:
             messages.append(

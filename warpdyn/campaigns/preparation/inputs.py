@@ -54,4 +54,4 @@ class Inputs:
         """Scattered storey heights [m], shape [structure, storey]."""
         if "drawn" in self.__dict__:
             return self.drawn["height"]
-        return self._sampler.draw(self.structures, self._threads, only=("height",))["height"]
+        return self._sampler.draw(self.structures, self._threads, is_all=False, only=("height",))["height"]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from itertools import pairwise
 
 import numpy as np
@@ -100,7 +101,7 @@ def divide(
 
 def bytes_per_row(run: Run, columns: dict[str, Column]) -> int:
     """Return the number of bytes of one sample in the run's dataset."""
-    return sum(column.dtype.itemsize * int(np.prod(lengths(run.model, column))) for column in columns.values())
+    return sum(column.dtype.itemsize * math.prod(lengths(run.model, column)) for column in columns.values())
 
 
 def blocks_ahead(run: Run) -> int:

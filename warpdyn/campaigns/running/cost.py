@@ -14,15 +14,20 @@ from warpdyn.foundations.core.messages import amount_of, tell, warn_caller
 SECONDS_OF_A_STEP, CORES_OF_A_GPU = 5e-9, 200
 TOLD = 300.0  # expected time of a run [s] above which it is reported before the run starts
 MOST_STEPS_OF_A_SAMPLE = 10**7  # a record of one day at 10 ms; a launch cannot be interrupted within a sample
+MOST_CHOSEN_STEPS = 10**8  # of a sample whose step the user did not limit; about ten seconds on a CPU, minutes on a GPU
 
 
 def tell_cost(run: Run, events: Sequence[Ensemble]) -> None:
-    """Report the expected time of a run if it is longer than TOLD [s]; warn if a sample takes very many steps.
+    """Report the expected time of a run if it is longer than TOLD [s]; warn or refuse if a sample has very many steps.
 
     Args:
         run: The prepared run.
         events: The first block of structures of the run: one ensemble (set of samples) for each event.
+
+    Raises:
+        ValueError: If a sample would take more than MOST_CHOSEN_STEPS steps, and the user gave no step.
     """
+    is_chosen = run.integration.step is None and run.integration.longest_step is None
     total = 0.0
     for whole, samples in zip(events, run.samples_by_event, strict=True):
         part = whole.example
@@ -30,11 +35,15 @@ def tell_cost(run: Run, events: Sequence[Ensemble]) -> None:
         total += samples * float(steps.mean())
         worst = int(steps.argmax())
         if steps[worst] > MOST_STEPS_OF_A_SAMPLE:
-            warn_caller(
-                f"sample {part.sample[worst]} takes {steps[worst]:.3g} steps of {part.schedule.step[worst]:.3g} s, "
-                f"over {steps[worst] * part.schedule.step[worst]:.3g} s: check that the step of the motion is in "
-                "seconds, and the period of the structure"
+            step = part.schedule.step[worst]
+            told = (
+                f"sample {part.sample[worst]} takes {steps[worst]:.3g} steps of {step:.3g} s, over "
+                f"{steps[worst] * step:.3g} s: check that the step of the motion is in seconds, the masses, and the "
+                "stiffnesses of storeys, springs and contacts"
             )
+            if is_chosen and steps[worst] > MOST_CHOSEN_STEPS:
+                raise ValueError(f"{told}. If they are right, give longest_step={step:.3g}")
+            warn_caller(told)
     workers = CORES_OF_A_GPU * len(run.execution.devices) if run.execution.is_gpu else run.execution.cores
     seconds = total * run.model.plan.dofs * SECONDS_OF_A_STEP / workers
     if seconds > TOLD:

@@ -310,9 +310,9 @@ class Pipeline:
             if block.found is not block.own:
                 for name, values in found.items():
                     outputs[name][..., block.standing] = values
-        stands = np.ones(whole.size, dtype=bool)
-        if block.standing.size < whole.size:
-            stands[:] = False
+        everything = block.standing.size == whole.size
+        stands = np.full(whole.size, everything)
+        if not everything:
             stands[block.standing] = True
         outputs["status"][unstable & stands] = UNSTABLE_STEP
         blank_failed(outputs, outputs["status"] >= DIVERGED)

@@ -38,6 +38,7 @@ from typing import Any, NamedTuple
 
 import warp as wp
 
+from warpdyn.engine.kernels.composing.kept_texts import Text, kept_text
 from warpdyn.engine.kernels.composing.part_checks import BUILTINS, check_parts, refuse_unknown
 from warpdyn.engine.kernels.composing.recorder_checks import check_recorder
 from warpdyn.engine.kernels.composing.source_text import (
@@ -79,6 +80,7 @@ def compose(
     Raises:
         ValueError: If a part breaks a rule; the message names the part, the file and the line.
     """
+    is_own = parts is None and slots is SLOTS
     parts = all_parts() if parts is None else tuple(parts)
     wanted = [part for part in parts if part.wanted(plan)]
     home = sys.modules[skeleton.__module__]
@@ -87,16 +89,26 @@ def compose(
     for each in (home, *wanted):
         if hasattr(each, "names"):
             _add(values, each, each.names(plan))
-    known_fields = fields(users_of(getattr(plan, "recorders", ())))
-    check_parts(home, wanted, parts, slots, values.keys(), known_fields, getattr(plan, "family", ""))
-    for part in wanted:
-        if isinstance(part, type) and issubclass(part, Recorder):
-            check_recorder(part, home, wanted, values, plan.family)
+    constants = tuple(values)
     filled = {slot for part in wanted for slot in bodies_of(part)}
     values |= {f"HAS_{slot.upper()}": slot in filled for slot in slots}
     known = {name: value for name, value in values.items() if name.isupper() and isinstance(value, bool | int)}
     written = {name: value for name, value in values.items() if isinstance(value, str)}
-    text, named, needed = _text(skeleton, (home, *wanted), tuple(known.items()), tuple(written.items()))
+
+    def checked() -> Text:
+        known_fields = fields(users_of(getattr(plan, "recorders", ())))
+        check_parts(home, wanted, parts, slots, constants, known_fields, getattr(plan, "family", ""))
+        for part in wanted:
+            if isinstance(part, type) and issubclass(part, Recorder):
+                check_recorder(part, home, wanted, values, plan.family)
+        return _text(skeleton, (home, *wanted), tuple(known.items()), tuple(written.items()))
+
+    if is_own and not any(isinstance(part, type) for part in wanted):  # a class may be a recorder in a user's script
+        holders = [each.__name__ for each in (home, *wanted)]
+        determined_by = skeleton.__name__, holders, known, written, constants, getattr(plan, "family", "")
+        text, named, needed = kept_text(determined_by, checked)
+    else:
+        text, named, needed = checked()
     of_modules: dict[str, Any] = {}
     for each in (home, *wanted):
         held, bodies = namespace_of(each), bodies_of(each)
@@ -113,7 +125,7 @@ def _text(
     holders: tuple[Any, ...],
     known: tuple[tuple[str, Any], ...],
     written: Pairs,
-) -> tuple[str, frozenset[str], frozenset[str]]:
+) -> Text:
     """Return the source text of a kernel, all names in it, and the names that it reads without assigning to them.
 
     Args:
@@ -128,7 +140,7 @@ def _text(
     found = list(names_of(function))
     set_here = {name.id for name in found if isinstance(name.ctx, ast.Store)}
     named = frozenset(name.id for name in found)
-    return text, named, named - set_here - {argument.arg for argument in function.args.args}
+    return Text(text, named, named - set_here - {argument.arg for argument in function.args.args})
 
 
 def kernel_of(

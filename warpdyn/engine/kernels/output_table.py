@@ -36,18 +36,35 @@ COLLAPSE_OF_SPRINGS = {  # `lumped/spring_collapse.py`
         is_whole=True,
     ),
 }
+OF_ROTATIONS = {  # `stepping/column_line.py`
+    "spring_without_equilibrium": Variable(
+        (),
+        "1",
+        "index along spring of the hinge with the largest unbalanced moment in the first state without equilibrium; "
+        "-1 where all states had one",
+        is_demand=False,
+        is_whole=True,
+    ),
+}
 # The recorder of the final state, with which the next event of a sequence starts; the dataset does not contain it.
 STATE = "state"
 
 
 def recorded(
-    family: str, recorders: tuple[str, ...], *, is_adaptive: bool, collapses: bool, has_storeys: bool = False
+    family: str,
+    recorders: tuple[str, ...],
+    *,
+    is_adaptive: bool,
+    collapses: bool,
+    has_line: bool = False,
+    has_storeys: bool = False,
 ) -> dict[str, Variable]:
     """Return all output variables of a run as {name: variable}.
 
-    The dictionary contains the variables of the recorders, those of collapses if `collapses` is true, and those of an
-    adaptive method if `is_adaptive` is true. The final state (recorder STATE) is omitted, because the dataset does not
-    contain it. If a lumped structure `has_storeys`, collapses have the storey of collapse.
+    The dictionary contains the variables of the recorders, those of collapses if `collapses` is true, those of an
+    adaptive method if `is_adaptive` is true, and those of the rotations of a column line if `has_line` is true. The
+    final state (recorder STATE) is omitted, because the dataset does not contain it. If a lumped structure
+    `has_storeys`, collapses have the storey of collapse.
     """
     variables = {
         name: variable for row in recorders if row != STATE for name, variable in RECORDERS[family][row].items()
@@ -55,4 +72,5 @@ def recorded(
     of_collapse = COLLAPSE
     if family == "lumped":
         of_collapse = COLLAPSE_OF_SPRINGS | ({"storey_of_collapse": STOREY_OF_COLLAPSE} if has_storeys else {})
+    variables |= OF_ROTATIONS if has_line else {}
     return variables | (of_collapse if collapses else {}) | (ADAPTIVE if is_adaptive else {})

@@ -172,6 +172,11 @@ def keeps_drifts(plan: Plan) -> bool:
     return isinstance(METHODS[plan.method], MultistepMethod)
 
 
+def has_line(plan: Plan) -> bool:
+    """Return whether the plan is of a fish-bone frame with hinges, whose part `hinge_laws` evaluates the laws."""
+    return plan.pattern is not None and plan.pattern.line is not None
+
+
 def state_of_stage(plan: Plan) -> tuple[str, str]:
     """Return the names of the displacements and velocities of a stage; multistep methods have only accepted states."""
     return ("u", "v") if keeps_drifts(plan) else ("us", "vs")

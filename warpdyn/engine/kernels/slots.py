@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from warpdyn.engine.kernels.composing.storey_slots import OF_EQUAL_STOREYS
+from warpdyn.engine.kernels.composing.storey_slots import OF_LUMPED
 
 # Loop variables that the statements of a slot may use. g is the index of a storey in the building, i its index in the
 # thread; they differ only if several threads share a sample.
@@ -396,5 +396,5 @@ GROUPS: dict[str, dict[str, Slot]] = {
         "write": _slot("lane", "Write the outputs of a sample to column o.", "o status"),
     },
 }
-GROUPS["Lumped structures of equal storeys"] = {name: _slot(*row) for name, row in OF_EQUAL_STOREYS.items()}
+GROUPS |= {title: {name: _slot(*row) for name, row in rows.items()} for title, rows in OF_LUMPED.items()}
 SLOTS = {name: slot for group in GROUPS.values() for name, slot in group.items()}

@@ -16,6 +16,7 @@ from warpdyn.engine.methods.kinds import ExplicitMethod, ImplicitMethod, Method,
 # explicit method of s stages amplifies every motion beyond 2 s^2. A method that does not amplify at the last of these
 # values has no limit.
 SCANNED_STEPS = np.geomspace(0.05, 1000, 500)
+STEPS_AT_A_TIME = 100
 ROUNDING = 1e-13  # tolerance of a condition on an amplification matrix; rounding errors are about 2e-15
 BISECTIONS = 50
 DAMPING_RATIOS_AT_A_TIME = 128
@@ -37,8 +38,7 @@ def oscillator_limits(method: Method, damping_ratio: np.ndarray) -> np.ndarray:
         return np.full(damping_ratio.size, np.inf)
     if isinstance(method, ExplicitMethod) and not method.is_nystroem:
         return polynomial_limits(method.stability_polynomial, np.minimum(damping_ratio, 1.0))
-    parts = np.array_split(damping_ratio, 1 + damping_ratio.size // DAMPING_RATIOS_AT_A_TIME)
-    return np.concatenate([_scanned_limits(method, part) for part in parts])
+    return _scanned_limits(method, damping_ratio)
 
 
 def limit_scale(method: Method, damping_ratio: np.ndarray) -> np.ndarray:
@@ -109,13 +109,10 @@ def _without_rounding(stability_polynomial: tuple[float, ...]) -> tuple[float, .
 
 def _scanned_limits(method: ExplicitMethod | MultistepMethod | ImplicitMethod, damping_ratio: np.ndarray) -> np.ndarray:
     scale = limit_scale(method, damping_ratio)
-    conditions = _conditions(method, SCANNED_STEPS[:, None] / scale, damping_ratio)
-    grows = np.any(conditions < -ROUNDING, axis=0)
-    first, ends = grows.argmax(axis=0), np.array(grows.any(axis=0))
-    low, high = SCANNED_STEPS[np.maximum(first - 1, 0)], SCANNED_STEPS[first]
-    for column, start, bottom in _dips(method, conditions, damping_ratio):
-        if not ends[column] or bottom < high[column]:
-            ends[column], first[column], low[column], high[column] = True, start + 1, SCANNED_STEPS[start], bottom
+    # The matrices of many steps are computed in parts that fit in the cache, those of one step all at once.
+    parts = np.array_split(damping_ratio, 1 + damping_ratio.size // DAMPING_RATIOS_AT_A_TIME)
+    brackets = zip(*(_bracket(method, part) for part in parts), strict=True)
+    ends, starts_unstable, low, high = (np.concatenate(each) for each in brackets)
     # Bisection finds the zero of a condition that is violated at the end of the bracket; other conditions may be 0
     # everywhere, except for rounding.
     broken = _conditions(method, high / scale, damping_ratio) < -ROUNDING
@@ -123,7 +120,33 @@ def _scanned_limits(method: ExplicitMethod | MultistepMethod | ImplicitMethod, d
         middle = (low + high) / 2
         beyond = (broken & (_conditions(method, middle / scale, damping_ratio) < 0)).any(axis=0)
         low, high = np.where(beyond, low, middle), np.where(beyond, middle, high)
-    return np.where(ends, np.where(first == 0, 0.0, low), np.inf)
+    return np.where(ends, np.where(starts_unstable, 0.0, low), np.inf)
+
+
+def _bracket(
+    method: ExplicitMethod | MultistepMethod | ImplicitMethod, damping_ratio: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Return brackets of limits: is there a limit, does the first step amplify, last stable and first unstable step.
+
+    Steps beyond the limits of all damping ratios are not evaluated. Shapes are [ratio]; steps are values of w h times
+    `limit_scale`.
+    """
+    scale = limit_scale(method, damping_ratio)
+    scanned: list[np.ndarray] = []
+    ends = np.zeros(damping_ratio.size, dtype=bool)
+    for start in range(0, SCANNED_STEPS.size, STEPS_AT_A_TIME):
+        step = SCANNED_STEPS[start : start + STEPS_AT_A_TIME, None]
+        scanned.append(_conditions(method, step / scale, damping_ratio))
+        ends |= (scanned[-1] < -ROUNDING).any(axis=(0, 1))
+        if ends.all():
+            break
+    conditions = np.concatenate(scanned, axis=1)
+    first = np.any(conditions < -ROUNDING, axis=0).argmax(axis=0)
+    low, high = SCANNED_STEPS[np.maximum(first - 1, 0)], SCANNED_STEPS[first]
+    for column, start, bottom in _dips(method, conditions, damping_ratio):
+        if not ends[column] or bottom < high[column]:
+            ends[column], first[column], low[column], high[column] = True, start + 1, SCANNED_STEPS[start], bottom
+    return ends, first == 0, low, high
 
 
 def _dips(

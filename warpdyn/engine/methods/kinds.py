@@ -300,17 +300,17 @@ class MultistepMethod:
             Matrices of shape [..., 4, 4].
         """
         x, ratio = np.broadcast_arrays(np.asarray(frequency_step, float), np.asarray(damping_ratio, float))
-        matrix = np.zeros((*x.shape, 4, 4))
-        matrix[..., 2, 1] = matrix[..., 3, 2] = 1
+        matrix = np.zeros((4, 4, *x.shape))  # entries of many matrices lie side by side, which is faster
+        matrix[2, 1] = matrix[3, 2] = 1
         # The change of this step, in the second row: w - (w h)^2 u - 2 zeta w h times the weighted velocity.
-        matrix[..., 1, 0] = -(x**2)
+        matrix[1, 0] = -(x**2)
         for place, weight in enumerate(self.velocity, start=1):
-            matrix[..., 1, place] = -2 * ratio * x * weight
-        matrix[..., 0, :] = (1 + self.correction) * matrix[..., 1, :]
-        matrix[..., 1, 1] += 1
+            matrix[1, place] = -2 * ratio * x * weight
+        matrix[0] = (1 + self.correction) * matrix[1]
+        matrix[1, 1] += 1
         for place, part in enumerate((1, 1 - self.correction, self.correction)):
-            matrix[..., 0, place] += part
-        return matrix
+            matrix[0, place] += part
+        return np.moveaxis(matrix, (0, 1), (-2, -1))
 
 
 @dataclass(frozen=True)

@@ -64,8 +64,25 @@ def fingerprint(*values: object) -> str:
 
 def _feed(digest: hashlib._Hash, value: Any) -> None:
     """Add a value to a hash, with its class and length; elements and attributes of the value are added recursively."""
+    kind = type(value)
+    if kind is str:  # first, because most values are texts, tuples and lists; exact types are found fastest
+        text = repr(value)
+        digest.update(f"str:{len(text)}:{text}".encode())
+        return
+    if kind is tuple or kind is list:
+        digest.update(f"[{len(value)}".encode())
+        for item in value:
+            _feed(digest, item)
+        return
     if isinstance(value, np.generic):
         value = value.item()
+    if value is None or isinstance(value, bool | int | float | str):
+        if isinstance(value, float) and value.is_integer():
+            value = int(value)
+        text = repr(value)
+        name = "number" if isinstance(value, int | float) and not isinstance(value, bool) else type(value).__name__
+        digest.update(f"{name}:{len(text)}:{text}".encode())
+        return
     if isinstance(value, np.ndarray) and value.dtype.kind != "O":
         array = np.ascontiguousarray(value)
         digest.update(f"{array.dtype.str}{array.shape}".encode())
@@ -77,13 +94,6 @@ def _feed(digest: hashlib._Hash, value: Any) -> None:
         digest.update(f"[{len(value)}".encode())
         for item in value:
             _feed(digest, item)
-        return
-    if isinstance(value, float) and value.is_integer():
-        value = int(value)
-    text = repr(value) if value is None or isinstance(value, bool | int | float | str) else ""
-    if text:
-        name = "number" if isinstance(value, int | float) and not isinstance(value, bool) else type(value).__name__
-        digest.update(f"{name}:{len(text)}:{text}".encode())
         return
     if callable(value) and hasattr(value, "__qualname__"):
         written = getattr(value, "written", "")  # the text of a user's storey law

@@ -2,11 +2,20 @@
 
 from __future__ import annotations
 
+import csv
 import os
+import re
+import warnings
 import xml.etree.ElementTree as ElementTree
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
+from itertools import islice
 from pathlib import Path
 
+import pandas as pd
+
+from warpdyn.foundations.core.messages import amount_of
+
+DECIMAL_COMMA = re.compile(r"[+-]?\d+,\d+(?:[eE][+-]?\d+)?")
 OTHER_SEPARATORS = {";": "semicolons", "\t": "tabs", "|": "vertical bars"}  # instead of commas, in files named CSV
 
 
@@ -65,6 +74,70 @@ def read_csv_text(function: str, path: str | os.PathLike, kind: str = "CSV") -> 
     return text
 
 
+def read_csv(path: str | os.PathLike, *, comment: str | None = None, identifier: str = "id") -> pd.DataFrame:
+    """Return the table in a CSV file; blanks at the beginning and end of column names are removed.
+
+    Args:
+        path: The file, in UTF-8, with or without a byte order mark.
+        comment: Characters with which comment lines before the column names begin; None: no comment lines.
+        identifier: Name of the column (in upper or lower case) that is read as text, so that "007" and "7" differ.
+
+    Raises:
+        ValueError: If the file is empty, its columns are not separated by commas, two columns have the same name (apart
+            from upper and lower case and blanks), or a row has more or fewer values than there are columns. The message
+            names the file.
+        FileNotFoundError: If the file does not exist.
+    """
+    try:
+        with open(path, encoding="utf-8-sig", newline="") as file:
+            lines = iter(file)
+            skipped, line = 0, next(lines, "")
+            while comment and line.startswith(comment):
+                skipped, line = skipped + 1, next(lines, "")
+        if not line.strip():
+            raise ValueError("it is empty: the first line must contain the names of columns")
+        check_separator(line)
+        names = next(csv.reader([line], skipinitialspace=True), [])
+        check_names(names)
+        ids: dict[str, type] = {name: str for name in names if name.strip().lower() == identifier.lower()}
+        with warnings.catch_warnings():
+            warnings.simplefilter("error", pd.errors.ParserWarning)  # pandas warns if it drops values
+            try:
+                table = pd.read_csv(
+                    path,
+                    encoding="utf-8-sig",
+                    skipinitialspace=True,
+                    index_col=False,
+                    skiprows=skipped,
+                    dtype=ids,
+                    low_memory=False,
+                )
+            except pd.errors.ParserWarning:
+                _check_lengths(path, len(names), skipped)
+                raise
+        if len(table.columns) and table.iloc[:, -1].isna().any():
+            _check_lengths(path, len(names), skipped)
+    except UnicodeDecodeError as error:
+        raise ValueError(f"{path} is not text in UTF-8: {error}. Save the table as CSV UTF-8") from None
+    except (ValueError, pd.errors.ParserWarning, csv.Error) as error:
+        raise ValueError(f"{path}: {error}") from None
+    return table.rename(columns=lambda name: str(name).strip())
+
+
+def _check_lengths(path: str | os.PathLike, columns: int, skipped: int) -> None:
+    """Raise a ValueError that names the first line whose number of values differs from the number of columns."""
+    with open(path, encoding="utf-8-sig", newline="") as file:
+        rows = csv.reader(islice(file, skipped, None), skipinitialspace=True)
+        for row in rows:
+            if row and len(row) != columns:
+                has_points = any("." in value for value in row)
+                hint = "" if has_points or len(row) < columns else ", or save numbers with decimal points, not commas"
+                raise ValueError(
+                    f"line {skipped + rows.line_num} has {amount_of(len(row), 'value')}, but there are {columns} "
+                    f"columns: correct the line{hint}"
+                )
+
+
 def xml_root(path: Path) -> ElementTree.Element:
     """Return the root element of an XML file, without the namespaces in tags; raise a ValueError if it is not XML."""
     try:
@@ -86,6 +159,28 @@ def check_separator(line: str) -> None:
             f"its columns are separated by {found!r} ({OTHER_SEPARATORS[found]}) instead of commas: save it as CSV "
             "with commas (and points in numbers)"
         )
+
+
+def comma_hint(value: object) -> str:
+    """Return advice that ends a message about text that is not a number: if it has a decimal comma; otherwise ""."""
+    if not isinstance(value, str) or not DECIMAL_COMMA.fullmatch(value.strip()):
+        return ""
+    return (
+        ". This number has a decimal comma: save the file with decimal points, or give the table "
+        "pandas.read_csv(path, sep=';', decimal=',')"
+    )
+
+
+def separator_hint(names: Collection[object]) -> str:
+    """Return advice if the only column of a table has a name with a separator, because it was read as one column."""
+    name = str(next(iter(names), ""))
+    found = next((each for each in OTHER_SEPARATORS if each in name), None)
+    if len(names) != 1 or found is None:
+        return ""
+    return (
+        f". Its columns are separated by {found!r} ({OTHER_SEPARATORS[found]}): give the table "
+        f"pandas.read_csv(path, sep={found!r}), with decimal=',' if numbers have decimal commas"
+    )
 
 
 def check_names(names: Iterable[object], where: str = "") -> None:

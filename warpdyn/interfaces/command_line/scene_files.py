@@ -69,7 +69,7 @@ def _motions_in(text: str) -> int:
     digests: set[str] = set()
 
     def collected(told: dict[str, Any]) -> dict[str, Any]:
-        if {"name", "step", "samples"} <= told.keys():
+        if {"name", "step", "samples"} <= told.keys() and "components" not in told:  # a pair counts as its components
             digests.add(str(told.get("digest")))
         return told
 

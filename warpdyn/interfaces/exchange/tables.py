@@ -48,7 +48,8 @@ def write_table(
       repeated along it.
     - For a variable that also has the dimension of storeys, floors or degrees of freedom, one column per storey, floor
       or degree of freedom, such as `peak_storey_drift_storey_2_m`, unless `rows` contains this dimension.
-    - Variables that belong to an index in the row, such as `motion_name` for `motion_index`.
+    - Variables that belong to an index in the row, such as `motion_name` for `motion_index`, and the name `archetype`
+      for `archetype_index`.
 
     Flags such as `fit_status` are written as text. In a Parquet file, `DataFrame.attrs` contains the attributes of the
     dataset.
@@ -213,7 +214,7 @@ def _of_rows(dataset: xr.Dataset, name: str, rows: tuple[str, ...]) -> xr.Variab
     if name not in dataset.variables:
         return xr.Variable(name, np.arange(dataset.sizes[name]))
     variable = dataset[name].variable
-    if name in dataset.dims:
+    if name in dataset.dims and (name in rows or variable.dtype.kind not in "UO"):  # a name is needed, a number is not
         return variable
     for dimension in variable.dims:
         index = dataset.variables.get(f"{dimension}_index")

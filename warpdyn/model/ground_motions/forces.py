@@ -22,6 +22,9 @@ from warpdyn.model.ground_motions.excitation import (
 if TYPE_CHECKING:
     from warpdyn.model.structures.structure import Structure
 
+MOST_FORCES = 2**24  # largest number of samples of a force that `unbalance_force` returns
+MOST_NAMED = 3  # rotations that an error message names
+
 
 class FormulaLoad(SingleLoad):
     """Base class of loads that are formulas of time. The run ends when the load ends."""
@@ -56,9 +59,6 @@ class _FromInitialState:
     def start(self) -> tuple[ArrayLike, ArrayLike]:
         """Initial displacement [m] and velocity [m/s], each with one value for all or one per degree of freedom."""
         return self.initial_displacement, self.initial_velocity
-
-
-MOST_FORCES = 2**24  # largest number of samples of a force that `unbalance_force` returns
 
 
 @with_suggestions
@@ -208,8 +208,9 @@ class FreeVibration(FormulaLoad):
 
     Args:
         duration: Duration of the run [s].
-        displacement: Initial displacement [m], shape [dof], or one value for all; zero by default.
-        velocity: Initial velocity [m/s], shape [dof], or one value for all; zero by default.
+        displacement: Initial displacement [m] ([rad] of a rotation), shape [dof], or one value for all; zero by
+            default. A structure with translations and rotations needs one value per degree of freedom.
+        velocity: Initial velocity [m/s] ([rad/s] of a rotation), as `displacement`.
 
     Raises:
         ValueError: If the duration is not finite and above 0, or a displacement or velocity is not finite.
@@ -249,7 +250,17 @@ def _check_start_fits(load: HarmonicForce | ForceHistory | FreeVibration, struct
     """Raise a ValueError unless the initial state has one value for all degrees of freedom or one for each."""
     prefix = "" if isinstance(load, FreeVibration) else "initial_"
     for name, values in zip(("displacement", "velocity"), load.start, strict=True):
-        _check_width(f"{type(load).__name__}.{prefix}{name}", values, structure, serves_all=True)
+        called = f"{type(load).__name__}.{prefix}{name}"
+        _check_width(called, values, structure, serves_all=True)
+        turning = structure.rotating_dofs
+        if np.size(values) < structure.dofs and np.any(values) and 0 < len(turning) < structure.dofs:
+            units = structure.units_along(("dof",), "m" if name == "displacement" else "m s-1")
+            more = f" and {len(turning) - MOST_NAMED} more" if len(turning) > MOST_NAMED else ""
+            raise ValueError(
+                f"{called} has 1 value [{units}], which would be that of translations and of rotations "
+                f"({', '.join(turning[:MOST_NAMED])}{more}): give one value per degree of freedom, shape "
+                f"[{structure.dofs}]"
+            )
 
 
 def freedom_of(structure: Structure) -> str:

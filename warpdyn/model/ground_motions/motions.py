@@ -17,6 +17,9 @@ from warpdyn.foundations.core.near_misses import with_suggestions
 from warpdyn.foundations.core.units import STANDARD_GRAVITY
 from warpdyn.model.ground_motions.excitation import Sampled, resampled_columns
 
+FEWEST_CROSSINGS = 10  # a motion that crosses its baseline fewer times is not treated as a record
+MOST_DRIFT = 8.0  # velocity of the baseline over velocity of the rest of the motion; 0.2 % of white noise exceed it
+
 
 @with_suggestions
 @dataclass(frozen=True, eq=False, repr=False)
@@ -98,6 +101,13 @@ class GroundMotion(FrozenArrays):
         """
         return replace(self, acceleration=resampled_columns(self.values, self.step, step)[:, 0], step=step)
 
+    def lengthened(self, samples: int) -> GroundMotion:
+        """Return the motion with zeros after its end, so that it has at least this number of samples."""
+        if samples <= self.acceleration.size:
+            return self
+        added = np.zeros(samples - self.acceleration.size)
+        return replace(self, acceleration=np.append(self.acceleration, added))
+
     def description(self) -> dict[str, object]:
         """Return the motion as a dictionary for JSON: names, step, and number of samples and their digest (hash)."""
         said = {"name": self.name, "source": self.source, "step": self.step, "samples": self.acceleration.size}
@@ -137,6 +147,24 @@ class GroundMotion(FrozenArrays):
         """Largest absolute ground acceleration [m/s2]."""
         return float(np.abs(self.acceleration).max())
 
+    @cached_property
+    def baseline_over_peak(self) -> float:
+        """Peak of the straight line fitted to the record, divided by the peak of the record [1].
+
+        The value is 0 if the record has no offset. An offset is assumed if the velocity of the line is more than
+        MOST_DRIFT times the velocity of the motion minus the line. Pulses and other motions that do not oscillate about
+        the line count as motions without offset.
+        """
+        a = self.acceleration
+        # With times from -1 to 1, the mean and the slope of the line can be computed separately.
+        place = np.linspace(-1.0, 1.0, a.size)
+        line = a.mean() + place * (a @ place) / (place @ place)
+        rest = a - line
+        if np.count_nonzero(rest[1:] * rest[:-1] < 0) < FEWEST_CROSSINGS:
+            return 0.0
+        drift, swing = np.abs(np.cumsum(line)).max(), np.abs(np.cumsum(rest)).max()
+        return float(np.abs(line).max() / self.peak_ground_acceleration) if drift > MOST_DRIFT * swing else 0.0
+
 
 def checked_motions(
     motions: GroundMotion | Sequence[GroundMotion], *, or_pairs: bool = False
@@ -161,9 +189,9 @@ def checked_motions(
         raise ValueError("motions is empty: give at least one GroundMotion")
     for index, motion in enumerate(motions):
         if not isinstance(motion, kinds):
+            like = f"motions[{index}].components" if hasattr(motion, "components") else "those of wd.records.read(path)"
             raise TypeError(
-                f"motions[{index}] is a {type(motion).__name__}; every motion must be a GroundMotion, such as those of "
-                "wd.records.read(path)"
+                f"motions[{index}] is a {type(motion).__name__}; every motion must be a GroundMotion, such as {like}"
             )
     return motions
 

@@ -111,11 +111,7 @@ class PairOfMotions:
             if _is_left_handed(first, second):
                 first, second = second, first
             longest = max(first.values.size, second.values.size)
-            x, y = (
-                replace(each, acceleration=np.append(each.acceleration, np.zeros(longest - each.values.size)))
-                for each in (first, second)
-            )
-            found.append(cls(x, y, name=first.record))
+            found.append(cls(first.lengthened(longest), second.lengthened(longest), name=first.record))
         return found
 
     @property

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from hashlib import blake2b
-from weakref import WeakKeyDictionary
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -15,10 +14,7 @@ from warpdyn.foundations.core.units import STANDARD_GRAVITY
 from warpdyn.model.ground_motions.motions import GroundMotion
 
 FEWEST_IN_A_SET = 5  # a set with fewer motions is not searched for motions that are much weaker than all others
-FEWEST_CROSSINGS = 10  # a motion that crosses its baseline fewer times is not treated as a record
-MOST_DRIFT = 8.0  # velocity of the baseline over velocity of the rest of the motion; 0.2 % of white noise exceed it
 BESIDE = np.array([1, -1, 2, -2, 4, -4, 8, -8, 16, -16])  # distances from the peak of the compared values [samples]
-_BASELINES = WeakKeyDictionary[GroundMotion, float]()  # `baseline_over_peak` of motions that were checked before
 DUPLICATE = 1e-3  # largest difference of two copies of a record, divided by the peak
 
 
@@ -38,10 +34,7 @@ def add_motions(findings: PlausibilityFindings, motions: Sequence[GroundMotion],
     loud = np.flatnonzero(peaks > 0).tolist()  # motions of zeros are not checked, because they are intended
     findings.add_each("record_step", [motion.step for motion in motions], named)
     findings.add_each("peak_ground_acceleration", peaks[loud].tolist(), lambda place: named(loud[place]))
-    for motion in motions:
-        if motion.peak_ground_acceleration > 0 and motion not in _BASELINES:
-            _BASELINES[motion] = baseline_over_peak(motion)
-    baselines = [_BASELINES[motions[index]] for index in loud]
+    baselines = [motions[index].baseline_over_peak for index in loud]
     findings.add_each("record_baseline", baselines, lambda place: named(loud[place]))
 
 
@@ -62,24 +55,6 @@ def add_weakest_motions(findings: PlausibilityFindings, motions: Sequence[Ground
     were_in_g = others[0] <= STANDARD_GRAVITY * weak[-1] and STANDARD_GRAVITY * weak[0] <= others[-1]
     if were_in_g or others[0] > STANDARD_GRAVITY * weak[-1]:
         findings.add("weakest_motions", weak[-1] / others[0], f" of motion {ordered[place].name!r}{where}")
-
-
-def baseline_over_peak(motion: GroundMotion) -> float:
-    """Return the peak of the straight line fitted to a record, divided by the peak of the record [1].
-
-    The result is 0 if the record has no offset. An offset is assumed if the velocity of the line is more than 8 times
-    the velocity of the motion minus the line. Pulses and other motions that do not oscillate about the line count as
-    motions without offset.
-    """
-    a = motion.acceleration
-    # With times from -1 to 1, the mean and the slope of the line can be computed separately.
-    place = np.linspace(-1.0, 1.0, a.size)
-    line = a.mean() + place * (a @ place) / (place @ place)
-    rest = a - line
-    if np.count_nonzero(rest[1:] * rest[:-1] < 0) < FEWEST_CROSSINGS:
-        return 0.0
-    drift, swing = np.abs(np.cumsum(line)).max(), np.abs(np.cumsum(rest)).max()
-    return float(np.abs(line).max() / motion.peak_ground_acceleration) if drift > MOST_DRIFT * swing else 0.0
 
 
 def warn_of_implausible_motions(motions: Sequence[GroundMotion], periods: ArrayLike = ()) -> None:

@@ -13,10 +13,9 @@ import pandas as pd
 from warpdyn.foundations.core.checks import one_of, shortened
 from warpdyn.foundations.core.messages import warn_caller
 from warpdyn.foundations.core.near_misses import did_you_mean
-from warpdyn.foundations.files.text import existing_file, inside_folder, xml_root
+from warpdyn.foundations.files.text import existing_file, inside_folder, read_csv, xml_root
 from warpdyn.model.inventories.places_of_assets import UNIT_ID, with_places
 from warpdyn.model.inventories.table import checked_inventory, named_rows, names_of_columns, no_column
-from warpdyn.model.inventories.text_tables import read_csv
 
 # OpenQuake's names of columns (the engine's manual, "Exposure models").
 OPENQUAKE_NAMES = {"id": "id", "longitude": "lon", "latitude": "lat", "structure_type": "taxonomy", "number": "number"}

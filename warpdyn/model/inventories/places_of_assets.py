@@ -9,8 +9,7 @@ import numpy as np
 import pandas as pd
 
 from warpdyn.foundations.core.messages import counted
-from warpdyn.foundations.files.text import check_names
-from warpdyn.model.inventories.text_tables import read_csv
+from warpdyn.foundations.files.text import check_names, read_csv
 
 # GEM's exposure files have the columns ID_0 (country), ID_1 (first level of administrative units) and so on.
 UNIT_ID = re.compile(r"ID_\d", re.IGNORECASE)

@@ -12,9 +12,8 @@ import pandas as pd
 
 from warpdyn.foundations.core.checks import one_of
 from warpdyn.foundations.core.messages import counted, warn_caller
-from warpdyn.foundations.files.text import check_names, existing_file
+from warpdyn.foundations.files.text import check_names, existing_file, read_csv
 from warpdyn.model.inventories.table import FACTORS, checked_inventory, names_of_columns
-from warpdyn.model.inventories.text_tables import read_csv
 
 # R2D's names of the columns (SimCenter, R2D user manual, "Asset Definition": buildings).
 R2D_NAMES = {

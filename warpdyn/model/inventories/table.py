@@ -12,7 +12,7 @@ import xarray as xr
 from warpdyn.foundations.core.checks import shortened
 from warpdyn.foundations.core.messages import warn_caller
 from warpdyn.foundations.core.near_misses import did_you_mean
-from warpdyn.foundations.files.text import check_names
+from warpdyn.foundations.files.text import check_names, comma_hint, separator_hint
 
 # Names of the columns with a meaning, in the order in which the inventory has them.
 NEEDED = ("id", "longitude", "latitude")
@@ -137,8 +137,8 @@ def no_column(what: str, name: str, table: pd.DataFrame) -> ValueError:
     """Return the error that the table `table` has no column `name`; the message suggests a similar name."""
     names = [str(each) for each in table.columns]
     return ValueError(
-        f"{what}: there is no column {name!r}{did_you_mean(name, names)}; the columns are {', '.join(names)}. Rename "
-        "or add the column"
+        f"{what}: there is no column {name!r}{did_you_mean(name, names)}; the columns are {', '.join(names)}"
+        + (separator_hint(names) or ". Rename or add the column")
     )
 
 
@@ -147,7 +147,7 @@ def _checked_rows(what: str, table: pd.DataFrame) -> pd.DataFrame:
 
     The message states, for each kind of mistake, in how many rows it occurs.
     """
-    problems = []
+    problems, advice = [], ""
     table["id"], twice, has_none = _ids(table["id"])
     problems += _problem(table, twice, "have an id that is not unique", "")
     problems += _problem(table, has_none, "have no id", "")
@@ -157,6 +157,7 @@ def _checked_rows(what: str, table: pd.DataFrame) -> pd.DataFrame:
         given, values = table[name], pd.to_numeric(table[name], errors="coerce").astype("float64")
         is_text = (values.isna() & given.notna()).to_numpy()
         problems += _problem(table, is_text, f"have no number in the column {name}", name)
+        advice = advice or (comma_hint(given[is_text].iloc[0]) if is_text.any() else "")
         table[name] = values
         bad, rule = RULES[name](values.to_numpy())
         problems += _problem(table, bad & ~is_text, rule, name)
@@ -166,7 +167,7 @@ def _checked_rows(what: str, table: pd.DataFrame) -> pd.DataFrame:
     if "number" not in table:
         table.insert(min(len(COLUMNS) - 1, table.shape[1]), "number", 1.0)
     if problems:
-        hint = _swapped(table)
+        hint = advice or _swapped(table)
         raise ValueError(
             f"{what}: of {len(table):,} buildings " + "; ".join(problems) + (hint or ". Correct these rows")
         )

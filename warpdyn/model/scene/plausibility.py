@@ -21,10 +21,20 @@ from warpdyn.model.ground_motions.pairs_of_motions import PairOfMotions, compone
 from warpdyn.model.ground_motions.plausibility import add_motions, add_weakest_motions
 from warpdyn.model.scene.building_plausibility import add_building
 from warpdyn.model.scene.portfolio import Portfolio
-from warpdyn.model.scene.scatter import GivenValues, RandomFactor, RandomValue, Scatter, central, combined
+from warpdyn.model.scene.scatter import (
+    GivenValues,
+    ParameterScatter,
+    RandomFactor,
+    RandomScatter,
+    RandomValue,
+    Scatter,
+    central,
+    combined,
+)
 from warpdyn.model.scene.scene import Scene
 from warpdyn.model.scene.spring_plausibility import add_lumped
 from warpdyn.model.structures.linear_system import LinearSystem
+from warpdyn.model.structures.lumped.matrices import INCIDENCE
 from warpdyn.model.structures.lumped.structure import LumpedStructure
 from warpdyn.model.structures.shear_building import ShearBuilding
 from warpdyn.model.structures.structure import Structure
@@ -89,6 +99,8 @@ def _add_structure(
 ) -> float:
     """Add implausible values of a structure and its scatter to `findings`; return its longest first period [s]."""
     for name, spread in scatter.items():
+        if name == INCIDENCE:
+            findings.add("incidence_angle", np.abs(_ends(spread)), where)
         if isinstance(spread, RandomFactor | RandomValue):
             low, high = spread.distribution.from_standard_normal(np.array([0.0, 2.0]))  # median and 98 % quantile
             if isinstance(spread, RandomFactor):
@@ -114,6 +126,14 @@ def _add_structure(
         return _add_linear_system(findings, matrices, is_shaken=is_shaken)
     assert isinstance(structure, ShearBuilding)
     return add_building(findings, structure, _values(structure, scatter), where, is_shaken=is_shaken)
+
+
+def _ends(spread: ParameterScatter) -> np.ndarray:
+    """Return the 2 % and 98 % quantiles of a random value, or all given values."""
+    if isinstance(spread, GivenValues):
+        return np.asarray(spread.values)
+    assert isinstance(spread, RandomScatter)
+    return spread.distribution.from_standard_normal(np.array([-2.0, 2.0]))
 
 
 def _values(building: ShearBuilding, scatter: Scatter) -> dict[str, np.ndarray]:

@@ -18,10 +18,12 @@ from warpdyn.model.ground_motions.forces import ForceHistory, FreeVibration, Har
 from warpdyn.model.ground_motions.measures import one_component, pairs
 from warpdyn.model.ground_motions.motions import GroundMotion, checked_motions
 from warpdyn.model.ground_motions.motions_at_sites import MotionsAtSites
+from warpdyn.model.ground_motions.pairs_of_motions import PairOfMotions
 from warpdyn.model.scene import distributions, scatter
 from warpdyn.model.scene.portfolio import Archetype, Portfolio
 from warpdyn.model.structures.builders.torsional_building import TorsionalBuilding
 from warpdyn.model.structures.frames.frame import Frame
+from warpdyn.model.structures.frames.hinged_fishbone import HingedFishbone
 from warpdyn.model.structures.frames.reduced_frame import Gauge, ReducedFrame
 from warpdyn.model.structures.lumped.biaxial_spring import BiaxialSpring
 from warpdyn.model.structures.lumped.spring import Spring
@@ -147,9 +149,20 @@ class Rebuilding:
             raise _foreign(where, told["type"])
         return _made(OWN[told["type"]], inner, where)
 
-    def motion(self, told: dict[str, Any]) -> GroundMotion:
-        """Return the ground motion among the given ones whose digest equals the digest in the description."""
+    def motion(self, told: dict[str, Any]) -> GroundMotion | PairOfMotions:
+        """Return the ground motion among the given ones whose digest equals the digest in the description.
+
+        A pair can be given as a pair, or as the single motions that are its components.
+        """
+        if told.get("digest") not in self.by_digest and isinstance(told.get("components"), list):
+            components: Any = dict(zip(("x", "y", "vertical"), map(self.motion, told["components"]), strict=False))
+            return PairOfMotions(**components, name=told["name"])
         if told.get("digest") not in self.by_digest:
+            for each in self.by_digest.values():
+                if isinstance(each, GroundMotion) and each.step == told["step"]:
+                    longer = each.lengthened(told["samples"])  # as by PairOfMotions.from_records
+                    if longer.description()["digest"] == told["digest"]:
+                        return longer
             given = f"none of the {len(self.by_digest)} given motions has them; " if self.by_digest else ""
             raise ValueError(
                 f"from_json(): the JSON does not contain the samples of motion {told['name']!r} ({told['samples']} at "
@@ -174,6 +187,8 @@ class Rebuilding:
             return self.lumped(rest, where, is_torsional=kind == "TorsionalBuilding")
         if kind == "ReducedFrame":
             return self.reduced_frame(rest, where)
+        if kind == "HingedFishbone":
+            return self.hinged_fishbone(rest, where)
         if kind != "ShearBuilding":
             raise _foreign(where, kind)
         _check_keys(rest, where, (), BUILDING_KEYS)
@@ -225,6 +240,20 @@ class Rebuilding:
             given["damping_modes"] = tuple(given["damping_modes"])
         _check_keys(given, where, list(signature(Frame.lumped).parameters), ())
         return frame.lumped(**given)
+
+    def hinged_fishbone(self, told: dict[str, Any], where: str) -> HingedFishbone:
+        """Return the fish-bone frame with hinges that a JSON object without its type describes."""
+        _check_keys(told, where, (), ("frame", "hinges", "damping"))
+        given = dict(told)
+        frame = _made(Frame, given.pop("frame"), f"{where}.frame")
+        if "damping_modes" in given:
+            given["damping_modes"] = tuple(given["damping_modes"])
+        hinges = {}
+        for row in given.pop("hinges"):
+            law = {name: self.value(value, f"{where}.hinges.{name}") for name, value in row.items()}
+            hinges[law.pop("member"), law.pop("end")] = law
+        _check_keys(given, where, list(signature(HingedFishbone).parameters), ())
+        return HingedFishbone(frame, hinges, **given)
 
     def _numbers(self, told: object, where: str) -> np.ndarray:
         """Return the values of a building's parameter as an array; `where` is its position in the JSON, for errors."""

@@ -18,6 +18,7 @@ from warpdyn.model.structures.structure import Structure
 
 # A draw applies to all storeys (springs, degrees of freedom, members) of a structure, or to one of them.
 PER = ("building", "storey", "spring", "dof", "member")
+MOST_NAMED = 4  # added storeys, springs or degrees of freedom that a message names
 
 
 class ParameterScatter(ABC):
@@ -127,37 +128,23 @@ def _places(only: object) -> tuple[str, ...] | tuple[int, ...]:
 
 
 def also_of_added_storeys(name: str, structure: Structure) -> str | None:
-    """Return the start of a message if one value would replace those of the building and of isolators or a damper.
+    """Return the start of a message if one value would replace those of the building and of isolators or equipment.
 
-    None: the structure has no added storeys, or only one of both kinds of storeys has the parameter.
+    None: the structure has no added storeys, springs or degrees of freedom, or only one of both kinds has the
+    parameter.
     """
     if not structure.is_by_storey(name):
         return None
-    if not isinstance(structure, ShearBuilding):
-        return _also_of_groups(name, structure)
-    if structure.own_storeys.all():
-        return None
-    own, has = structure.own_storeys, ~np.isnan(structure.nominal_values[name])
-    if not (has[own].any() and has[~own].any()):
-        return None
-    added = ", ".join(map(str, np.flatnonzero(~own) + 1))
-    return (
-        f"scatter[{name!r}]: one value would replace the values of the building's storeys and those of storey {added} "
-        "(isolators or tuned mass damper)"
-    )
-
-
-def _also_of_groups(name: str, structure: Structure) -> str | None:
-    """Return the start of a message if one value would replace those of a building and of equipment, or None."""
-    own, has = structure.varied(name, None), ~np.isnan(structure.nominal_values[name])
+    is_chain = isinstance(structure, ShearBuilding)
+    own = structure.own_storeys if isinstance(structure, ShearBuilding) else structure.varied(name, None)
+    has = ~np.isnan(structure.nominal_values[name])
     if own is None or not (has[own].any() and has[~own].any()):
         return None
-    names = structure.names_along(structure.dim_of(name)) or ()
-    others = [names[place] for place in np.flatnonzero(~own)]
-    return (
-        f"scatter[{name!r}]: one value would replace the values of the building and those of {', '.join(others[:4])} "
-        "(soil, equipment or absorbers)"
-    )
+    names = structure.names_along(structure.dim_of(name)) or range(1, own.size + 1)
+    added = ", ".join(str(names[place]) for place in np.flatnonzero(~own)[:MOST_NAMED])
+    places = f"the building's storeys and those of storey {added}" if is_chain else f"the building and those of {added}"
+    kinds = "isolators or tuned mass damper" if is_chain else "soil, equipment or absorbers"
+    return f"scatter[{name!r}]: one value would replace the values of {places} ({kinds})"
 
 
 @with_suggestions
@@ -329,7 +316,7 @@ def check_scatter(structure: Structure, scatter: Scatter) -> None:
             problem = structure.scatter_problem(name, is_common_factor=is_of_one)
         problem = problem or spread.problem(name, structure)
         if problem:
-            raise ValueError(f"scatter[{name!r}]: {problem.removeprefix(f'scatter[{name!r}]: ')}")
+            raise ValueError(problem if problem.startswith("scatter[") else f"scatter[{name!r}]: {problem}")
 
 
 def central(structure: Structure, scatter: Scatter) -> dict[str, np.ndarray]:

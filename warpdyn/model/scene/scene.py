@@ -21,6 +21,7 @@ from warpdyn.model.ground_motions.motions import GroundMotion
 from warpdyn.model.scene.correlation import check_correlation
 from warpdyn.model.scene.rebuilding import arguments_of_scene
 from warpdyn.model.scene.scatter import SAMPLING, GivenValues, Scatter, central, check_scatter, representative
+from warpdyn.model.structures.lumped.matrices import INCIDENCE
 from warpdyn.model.structures.lumped.places.storeys import NEEDS_STOREYS
 from warpdyn.model.structures.structure import Structure
 
@@ -50,6 +51,15 @@ def _check_components(structure: Structure, excitation: Excitation) -> None:
             f"the structure has {structure.components} influence vectors, but the base motion has {count} components "
             f"({one}): a pair of motions needs a LumpedStructure with one influence vector for each component, and a "
             "single motion needs one influence vector"
+        )
+
+
+def _check_incidence(scatter: Scatter, excitation: Excitation) -> None:
+    """Raise a ValueError if angles of incidence are scattered, but the base does not move."""
+    if INCIDENCE in scatter and not excitation.base_components:
+        raise ValueError(
+            f"scatter[{INCIDENCE!r}] has no effect under a {type(excitation).__name__}, which does not move the base: "
+            f"remove {INCIDENCE!r}, or give a PairOfMotions"
         )
 
 
@@ -170,6 +180,7 @@ class Scene:
                 "none of its peaks would be recorded. Give an earlier record_from, or a longer excitation"
             )
         check_scatter(self.structure, self.scatter)
+        _check_incidence(self.scatter, excitation)
         check_correlation(self.structure, self.scatter, self.correlation)
         object.__setattr__(self, "scatter", FrozenMapping(dict(self.scatter)))
         object.__setattr__(self, "correlation", FrozenMapping(dict(self.correlation)))
@@ -233,7 +244,7 @@ class Scene:
         Args:
             text: The JSON.
             motions: The ground motions of the scene, in any order; additional motions are ignored. The JSON contains
-                only a digest of each motion's samples.
+                only a digest of each motion's samples. The components of a PairOfMotions can be given instead of it.
 
         Raises:
             ValueError: If a motion is missing, the JSON contains only the shape of a long array, or an object has a

@@ -10,8 +10,10 @@ from warpdyn.foundations.core.plausibility import PlausibilityFindings
 from warpdyn.foundations.core.units import STANDARD_GRAVITY
 from warpdyn.model.structures.builders.flexural_shear_building import FlexuralShearBuilding
 from warpdyn.model.structures.builders.torsional_building import TorsionalBuilding
+from warpdyn.model.structures.lumped.matrices import undamped
 from warpdyn.model.structures.lumped.structure import LumpedStructure
 
+FREE = 1e-12  # a motion is free if its squared frequency is at most this share of the highest one (rounding)
 # Parameter of springs -> name of its check.
 OF_SPRINGS = {
     "deformation_capacity": "spring_deformation_capacity",
@@ -61,4 +63,39 @@ def add_lumped(
             ratio = structure.fundamental_period / structure.floor_heights[-1]
             findings.add("first_period_over_height", ratio, where)
     if isinstance(structure, TorsionalBuilding):
-        findings.add("plan_side", np.diff(structure.plan, axis=1).ravel(), where)
+        sides = np.diff(structure.plan, axis=1).ravel()
+        findings.add("plan_side", sides, where)
+        radii = np.sqrt(values["mass"][2::3] / values["mass"][0::3])
+        findings.add("gyration_over_plan", radii / (0.5 * np.hypot(*sides)), where, along="floor")
+    one = {name: np.asarray(each)[None] for name, each in values.items()}
+    if "weight" in values:
+        findings.add("slider_weight_over_weight", _weight_over_freed(structure, one), where)
+    if "impact_mass" in values:
+        add("impact_mass_over_masses", values["impact_mass"] / _masses_of_impact(structure, one))
+
+
+def _weight_over_freed(structure: LumpedStructure, one: Mapping[str, np.ndarray]) -> np.ndarray:
+    """Return the weights on sliders over the weight that moves freely without them, shape [component].
+
+    NaN for a component of the base motion in which other springs hold the structure, or without sliders.
+
+    Args:
+        structure: The structure.
+        one: Its parameters, with a leading dimension of length 1.
+    """
+    weights = np.nan_to_num(one["weight"][0])
+    others = np.where(weights > 0, 0.0, np.nan_to_num(one["stiffness"]))
+    mass = structure.mass_matrices(one)
+    squared, shapes = undamped(mass, structure.stiffness_matrices(one, others, has_gravity=False), is_clipped=False)
+    free = shapes[0][:, squared[0] <= FREE * squared[0, -1]]
+    load = structure.load_masses(one)[0] @ structure.influence
+    moves = free @ (free.T @ load)  # displacements of the freed part under unit displacements, shape [dof, component]
+    slides = structure.directions @ moves
+    freed = STANDARD_GRAVITY * np.einsum("ic,ic->c", moves, load)
+    return np.where(freed > 0, weights @ slides**2, np.nan) / np.where(freed > 0, freed, 1.0)
+
+
+def _masses_of_impact(structure: LumpedStructure, one: Mapping[str, np.ndarray]) -> np.ndarray:
+    """Return the mass of an impact along each spring [kg], shape [spring]: m1 m2 / (m1 + m2) between two masses."""
+    inverse = np.linalg.inv(structure.mass_matrices(one)[0])
+    return 1 / np.einsum("ki,ij,kj->k", structure.directions, inverse, structure.directions)

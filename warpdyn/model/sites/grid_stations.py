@@ -11,10 +11,9 @@ import numpy as np
 import pandas as pd
 
 from warpdyn.foundations.core.messages import counted, warn_caller
-from warpdyn.foundations.files.text import check_names, check_separator, existing_file, inside_folder
+from warpdyn.foundations.files.text import check_names, check_separator, existing_file, inside_folder, read_csv
 from warpdyn.model.ground_motions.records.units import unit_factor
 from warpdyn.model.inventories.table import no_column
-from warpdyn.model.inventories.text_tables import read_csv
 from warpdyn.model.sites.places import check_degrees
 
 MOTIONS, GRID_COLUMNS = "TH_file", ("GP_file", "Longitude", "Latitude")

@@ -11,10 +11,9 @@ import xarray as xr
 
 from warpdyn.foundations.core.checks import whole_number
 from warpdyn.foundations.core.messages import counted, warn_caller
-from warpdyn.foundations.files.text import existing_file
+from warpdyn.foundations.files.text import existing_file, read_csv
 from warpdyn.model.ground_motions.measures.names import measure_named
 from warpdyn.model.inventories.table import no_column
-from warpdyn.model.inventories.text_tables import read_csv
 from warpdyn.model.sites.intensity_fields import field_dataset
 
 # Names of the columns of events and sites in recent and older versions of the OpenQuake engine.

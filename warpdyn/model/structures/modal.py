@@ -59,37 +59,12 @@ def modal_properties(
     Raises:
         ValueError: If a shape is wrong, or a matrix is asymmetric, singular or not positive definite.
     """
-    mass = unmasked("mass", mass, np.float64)
-    stiffness = unmasked("stiffness", stiffness, np.float64)
-    matrix = np.diag(mass) if mass.ndim == 1 else mass
-    for name, value in (("mass", matrix), ("stiffness", stiffness)):
-        if value.ndim != 2 or value.shape != (len(mass), len(mass)) or value.size == 0:
-            raise ValueError(f"{name} must be square with one row per DOF ({len(mass)}), got shape {value.shape}")
-        _check_symmetric(name, value)
-    least, *_, most = np.linalg.eigvalsh(matrix)[[0, -1]]
-    if least <= len(matrix) * np.finfo(float).eps * most:
-        raise ValueError(
-            f"mass must be positive definite, but its least eigenvalue is {least:.6g} kg: give every degree of freedom "
-            "mass"
-        )
+    stiffness, matrix = _checked_matrices(stiffness, mass)
     influence = np.ones(len(matrix)) if influence is None else unmasked("influence", influence, np.float64)
     is_vector = influence.ndim == 1
     if influence.ndim > 2 or len(influence) != len(matrix) or not np.isfinite(influence).all() or not influence.any():
         raise ValueError(f"influence must be finite, not all 0, and of shape [{len(matrix)}], got {influence}")
-    eigenvalue, shape = undamped_modes(stiffness, matrix)
-    if may_move_freely and (eigenvalue[0] < 0 or not eigenvalue.any()):
-        what = "negative" if eigenvalue[0] < 0 else "all 0"
-        raise ValueError(
-            f"eigenvalues of the stiffness are {what} (least generalised eigenvalue {eigenvalue[0]:.6g} rad2/s2): "
-            "some may be 0 (rigid-body modes), but none may be negative, and at least one must be above 0. Correct the "
-            "matrix"
-        )
-    if not may_move_freely and eigenvalue[0] <= 0:
-        raise ValueError(
-            f"stiffness must be positive definite; its generalised eigenvalues are {eigenvalue[0]:.6g} to "
-            f"{eigenvalue[-1]:.6g} rad2/s2 (a part of the structure can move freely): correct the matrix, or restrain "
-            "this part"
-        )
+    eigenvalue, shape = _checked_modes(stiffness, matrix, may_move_freely=may_move_freely)
     shape = shape.T  # [mode, dof]
     shape /= np.take_along_axis(shape, np.abs(shape).argmax(axis=1)[:, None], axis=1)
     modal_mass = np.einsum("mi,ij,mj->m", shape, matrix, shape)
@@ -120,6 +95,55 @@ def modal_properties(
         mode=("mode", np.arange(1, len(omega) + 1), {"long_name": "mode number", "units": "1"}),
         dof=("dof", np.arange(1, len(omega) + 1), {"long_name": "degree of freedom", "units": "1"}),
     )
+
+
+def natural_periods(mass: np.ndarray, stiffness: np.ndarray) -> np.ndarray:
+    """Return the periods of the undamped modes [s], longest first, shape [mode]; arguments as for `modal_properties`.
+
+    It makes no dataset, whose first variable imports Dask if Dask is installed, which takes 0.3 s.
+    """
+    stiffness, matrix = _checked_matrices(stiffness, mass)
+    eigenvalue, _ = _checked_modes(stiffness, matrix)
+    return 2 * np.pi / np.sqrt(eigenvalue)
+
+
+def _checked_matrices(stiffness: np.ndarray, mass: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the stiffness and the mass matrix; raise a ValueError if one is not symmetric, or a mass is missing."""
+    mass = unmasked("mass", mass, np.float64)
+    stiffness = unmasked("stiffness", stiffness, np.float64)
+    matrix = np.diag(mass) if mass.ndim == 1 else mass
+    for name, value in (("mass", matrix), ("stiffness", stiffness)):
+        if value.ndim != 2 or value.shape != (len(mass), len(mass)) or value.size == 0:
+            raise ValueError(f"{name} must be square with one row per DOF ({len(mass)}), got shape {value.shape}")
+        _check_symmetric(name, value)
+    least, *_, most = np.linalg.eigvalsh(matrix)[[0, -1]]
+    if least <= len(matrix) * np.finfo(float).eps * most:
+        raise ValueError(
+            f"mass must be positive definite, but its least eigenvalue is {least:.6g} kg: give every degree of freedom "
+            "mass"
+        )
+    return stiffness, matrix
+
+
+def _checked_modes(
+    stiffness: np.ndarray, mass: np.ndarray, *, may_move_freely: bool = False
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the result of `undamped_modes`; raise a ValueError if a mode moves freely that may not."""
+    eigenvalue, shape = undamped_modes(stiffness, mass)
+    if may_move_freely and (eigenvalue[0] < 0 or not eigenvalue.any()):
+        what = "negative" if eigenvalue[0] < 0 else "all 0"
+        raise ValueError(
+            f"eigenvalues of the stiffness are {what} (least generalised eigenvalue {eigenvalue[0]:.6g} rad2/s2): "
+            "some may be 0 (rigid-body modes), but none may be negative, and at least one must be above 0. Correct the "
+            "matrix"
+        )
+    if not may_move_freely and eigenvalue[0] <= 0:
+        raise ValueError(
+            f"stiffness must be positive definite; its generalised eigenvalues are {eigenvalue[0]:.6g} to "
+            f"{eigenvalue[-1]:.6g} rad2/s2 (a part of the structure can move freely): correct the matrix, or restrain "
+            "this part"
+        )
+    return eigenvalue, shape
 
 
 def modal_table(modes: xr.Dataset) -> str:

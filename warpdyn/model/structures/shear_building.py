@@ -22,7 +22,7 @@ from warpdyn.foundations.core.output_variables import KIND_ATTRIBUTES, STOREY_KI
 from warpdyn.model.structures.calibration import CalibratedChain
 from warpdyn.model.structures.damping import DAMPING
 from warpdyn.model.structures.linear_system import LinearSystem
-from warpdyn.model.structures.modal import chain_stiffness_matrix, modal_properties
+from warpdyn.model.structures.modal import chain_stiffness_matrix, modal_properties, natural_periods
 from warpdyn.model.structures.physics import (
     COLLAPSE_DRIFT_RATIO_UNDER_GRAVITY,
     PHYSICS,
@@ -296,7 +296,7 @@ class ShearBuilding(CalibratedChain, ProtectedChain, Structure):
 
     def told(self) -> list[tuple[object, ...]]:
         """Return the rows of the table that notebooks show for the building: first three periods, and parameters."""
-        periods = self.modal()["period"].values[:3]
+        periods = self._periods[:3]
         return [("first periods", "", periods, "s"), *super().told()]
 
     def numbered(self, recorders: tuple[str, ...]) -> dict[str, tuple]:
@@ -316,7 +316,17 @@ class ShearBuilding(CalibratedChain, ProtectedChain, Structure):
 
     def modal(self) -> xr.Dataset:
         """Return a dataset of the undamped modes: periods, shapes, participation factors and effective masses."""
-        return modal_properties(self.parameters["mass"], chain_stiffness_matrix(effective_stiffness(self.parameters)))
+        return modal_properties(*self._matrices)
+
+    @property
+    def _matrices(self) -> tuple[np.ndarray, np.ndarray]:
+        """Masses [kg], shape [dof], and stiffness matrix [N/m]."""
+        return self.parameters["mass"], chain_stiffness_matrix(effective_stiffness(self.parameters))
+
+    @property
+    def _periods(self) -> np.ndarray:
+        """Periods of the undamped modes [s], longest first."""
+        return natural_periods(*self._matrices)
 
     @property
     def default_collapse_drift_ratio(self) -> float | None:
@@ -327,7 +337,7 @@ class ShearBuilding(CalibratedChain, ProtectedChain, Structure):
     @property
     def fundamental_period(self) -> float:
         """First period of the undamped building [s]."""
-        return float(self.modal()["period"][0])
+        return float(self._periods[0])
 
     def __repr__(self) -> str:
         return f"ShearBuilding({self.storeys} storeys, law={self.law!r}, damping={self.damping!r})"

@@ -123,6 +123,11 @@ class Structure(ABC):
         """Number of components of the base motion."""
         return 1
 
+    @property
+    def rotating_dofs(self) -> tuple[str, ...]:
+        """Names of the degrees of freedom that are rotations [rad]; the others are translations [m]."""
+        return ()
+
     @abstractmethod
     def input_name(self, name: str) -> str:
         """Return the name that the random values of the parameter `name` have in the dataset of a run."""

@@ -245,7 +245,10 @@ def _replicates(curves: xr.Dataset, states: int) -> tuple[np.ndarray | None, np.
 
 
 def check_hazard(function: str, hazard: Hazard, units: str, measure: str) -> None:
-    """Raise a ValueError unless the hazard has the units and the intensity measure of the fragility curves."""
+    """Raise a ValueError unless the hazard has the units and the intensity measure of the fragility curves.
+
+    Warn if the hazard does not name its measure, because curves of another period would not be detected.
+    """
     if hazard.units != units:
         advice = f"convert the hazard's intensities to {units!r}"
         if hazard.units == "g" and hazard.measure in UNNAMED:  # the user may have forgotten to give the units
@@ -255,6 +258,12 @@ def check_hazard(function: str, hazard: Hazard, units: str, measure: str) -> Non
                 f"HazardCurve(..., {named}units={units!r}); otherwise {advice}"
             )
         raise ValueError(f"{function}: the hazard is in {hazard.units!r} and the medians in {units!r}: {advice}")
+    if hazard.is_unnamed and measure not in UNNAMED:
+        warn_caller(
+            f"{function}: the hazard does not name its intensity measure, so that a hazard of another measure or "
+            f"period than that of the curves ({measure!r}) is not detected. Give HazardCurve(..., "
+            f"measure={measure!r}), or measure='' to skip this check"
+        )
     warn_unless_compared(f"{function}: the hazard and the curves", hazard.measure, measure)
     if same_measure(hazard.measure, measure) is False:
         raise ValueError(

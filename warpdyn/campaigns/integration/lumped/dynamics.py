@@ -40,6 +40,7 @@ class LumpedDynamics(Dynamics):
         super().__init__(structure, representative)
         values = of_springs_only({**structure.parameters, **representative})
         self.springs, self.pairs = laws_of(structure)
+        self.law_rows = rows_of_laws(structure)
         self.biaxial_law: StoreyRules | None = None
         of_springs = self._of(self.springs, values)
         self.law, self.variants = self.springs.rules(of_springs), self.springs.variants(of_springs)
@@ -90,14 +91,16 @@ class LumpedDynamics(Dynamics):
             if tables[name].is_empty:
                 tables[name] = Table()
         is_damped = "damping_coefficient" in parameters or structure.damping in ("rayleigh", "stiffness_proportional")
+        line = structure.column_line  # its damping acts on floors
         return Pattern(
             deformation=tables.pop("deformation"),
             inverse_mass=tables.pop("inverse_mass"),
             components=structure.components,
-            has_dashpots=is_damped,
+            has_dashpots=is_damped and line is None,
             pairs=structure.pairs,
             biaxial_law=self.biaxial_law,
             resultants=structure.resultants,
+            line=line,
             storeys=structure.storey_springs,
             **tables,
         )
@@ -105,7 +108,7 @@ class LumpedDynamics(Dynamics):
     def _of(self, law: BuildingLaw, values: Mapping[str, np.ndarray]) -> Arrays:
         """Return the parameters of the springs, or of the biaxial springs, that have these laws."""
         first = len(self.structure.springs) - PAIR * self.structure.pairs
-        rows = slice(first) if law is self.springs else slice(first, None, PAIR)
+        rows = self.law_rows if law is self.springs else slice(first, None, PAIR)
         by_spring = self.structure.is_by_storey
         return {name: each[..., rows] if by_spring(name) else each for name, each in values.items()}
 
@@ -115,7 +118,11 @@ class LumpedDynamics(Dynamics):
         shape = values["stiffness"].shape
         read = law.coefficients(values, variants)
         found = np.stack([np.broadcast_to(each, shape).T for each in read], axis=1)
-        return found.reshape(shape[1] * len(read), shape[0])
+        if law is self.springs and isinstance(self.law_rows, list):  # other springs have coefficients of 0
+            every = np.zeros((len(self.structure.springs), *found.shape[1:]))
+            every[self.law_rows] = found
+            found = every
+        return found.reshape(-1, shape[0])
 
     def _matrices(self, parameters: Arrays, rayleigh: np.ndarray) -> dict[str, np.ndarray]:
         """Return the matrices of the kernel by the names of the pattern's tables, shape [structure, row, column]."""
@@ -123,7 +130,7 @@ class LumpedDynamics(Dynamics):
         mass = structure.mass_matrices(parameters)
         inverse = np.linalg.inv(mass)
         inverse = without_rounding((inverse + inverse.transpose(0, 2, 1)) / 2, ROUNDED)
-        elastic = structure.elastic_matrices(parameters) - structure.geometric_matrices(parameters)
+        elastic = structure.linear_matrices(parameters) - structure.geometric_matrices(parameters)
         outputs = structure.output_matrices(parameters)
         influence = structure.influences(parameters)
         drive = influence
@@ -184,6 +191,8 @@ class LumpedDynamics(Dynamics):
         if self.pairs is not None:
             of_pairs = self._coefficients(self.pairs, parameters, self.biaxial_variants)
             terms.insert(len(terms) - len(OF_ENERGIES), of_pairs)
+        if self.pattern.line is not None:
+            terms.insert(len(terms) - len(OF_ENERGIES), of_structure.values_of_line(parameters))
         whole = np.concatenate(terms)
         packed = {
             "coefficients": coefficients if len(coefficients) else np.zeros((1, structures)),
@@ -199,10 +208,25 @@ class LumpedDynamics(Dynamics):
 
 def laws_of(structure: LumpedStructure) -> tuple[BuildingLaw, BuildingLaw | None]:
     """Return the laws of the springs and those of the biaxial springs; None without biaxial springs."""
+    rows = rows_of_laws(structure)
+    if isinstance(rows, list):
+        return BuildingLaw([structure.storey_law.of_storeys[row] for row in rows]), None
     if not structure.pairs:
         return structure.storey_law, None
     laws, first = structure.storey_law.of_storeys, len(structure.springs) - PAIR * structure.pairs
     return BuildingLaw(laws[:first] or (Elastic,)), BuildingLaw(laws[first::PAIR])
+
+
+def rows_of_laws(structure: LumpedStructure) -> slice | list[int]:
+    """Return the springs, other than biaxial ones, whose laws a kernel evaluates.
+
+    Of a fish-bone frame with hinges these are the hinges that are not linear. If all are linear, the first spring is
+    returned.
+    """
+    line = structure.column_line
+    if line is None:
+        return slice(len(structure.springs) - PAIR * structure.pairs)
+    return [spring for spring in line.springs if spring >= 0 and spring not in line.linear] or [0]
 
 
 def _near(values: np.ndarray, others: np.ndarray) -> np.ndarray:

@@ -24,8 +24,8 @@ def error_of_float32(structure: LumpedStructure) -> float:
     one = {name: values[None] for name, values in structure.parameters.items()}
     squared, shapes = undamped(structure.mass_matrices(one), structure.stiffness_matrices(one))
     shape, rows = shapes[0, :, 0], structure.directions
-    fixed = {name: structure.matrices.get(name, 0.0) for name in ("stiffness_matrix", "geometric_stiffness")}
-    matrix = np.zeros((len(shape), len(shape))) + fixed["stiffness_matrix"] - fixed["geometric_stiffness"]
+    fixed = structure.elastic_matrices(one) - structure.geometric_matrices(one)
+    matrix = np.broadcast_to(fixed, (1, len(shape), len(shape)))[0]
     of_matrix = shape**2 @ (matrix**2 @ shape**2)
     of_springs = (rows @ shape) ** 2 * structure.parameters["stiffness"] ** 2 @ (rows**2 @ shape**2)
     return float(ROUNDING * np.sqrt(of_matrix + of_springs) / squared[0, 0])

@@ -301,7 +301,8 @@ def lay_out_run(host: Host, job: Job, workers: int, neighbours: int, most_memory
     run, columns = prepared.run, prepared.columns
     if job.outputs.histories is not None:
         KeptHistories(job.outputs.histories, run, host.queues(prepared)[0])  # raises an error if they are not allowed
-    divide(run, columns, job.execution.memory)
+    if job.execution.memory is not None:
+        divide(run, columns, job.execution.memory)  # raises an error if it is too small
     size = run.structures
     if job.is_divided:
         size = _structures_per_region(prepared, workers, neighbours, most_memory)

@@ -114,7 +114,8 @@ class Here:
             advance: Called with the number of histories done since its last call.
 
         The preparation of a region begins while the previous region runs, so that a GPU does not wait for its first
-        block. If `memory` is limited, the preparation begins after the previous region has finished.
+        block. If `memory` is limited, the preparation begins after the previous region has finished. A single region
+        needs no thread for it.
         """
         execution, begun = self.execution, list[Region]()
         jobs = [part.job for part in parts]
@@ -146,7 +147,8 @@ class Here:
                 def wait_for(some: list[Plan]) -> None:
                     compile_side_by_side(some, execution.devices[0], execution.cores)
 
-            upcoming = Ahead(begin, orders, int(execution.memory is None))
+            left = sum(len(part.regions) - len(part.reports) for part in parts)
+            upcoming = Ahead(begin, orders, int(execution.memory is None and left > 1))
             stack.callback(_close, begun)
             stack.callback(upcoming.close)
             for (part, place, _), future, found in upcoming:

@@ -1,4 +1,4 @@
-"""Slots of kernels that loop over the equal storeys of lumped structures; slots.py contains all others.
+"""Slots of lumped structures of equal storeys and of fish-bone frames; slots.py contains all others.
 
 Each row contains the index, the text, the variables that a part may read, and those that it may change.
 """
@@ -33,4 +33,29 @@ OF_EQUAL_STOREYS: dict[str, tuple[str, ...]] = {
         "moving",
         "vi ai",
     ),
+}
+
+OF_COLUMN_LINE: dict[str, tuple[str, ...]] = {
+    "tilt_columns": ("kernel", "Change the unbalanced moments of a fish-bone frame with the drifts.", "", "solution"),
+    "factorise_line": ("kernel", "Factorise the linear system of the rotations.", "solution", "i"),
+    "solve_line": ("kernel", "Solve the linear system of the rotations.", "solution"),
+    "turn_all": ("kernel", "Correct all rotations by the first solution.", "solution"),
+    "turn_searching": ("kernel", "Correct the rotations of lanes whose moments do not balance.", "solution"),
+    "follow_hinges": ("kernel", "Evaluate the laws of all hinges.", "solution", "i deformation spring_force memory c"),
+    "follow_branches": (
+        "spring",
+        "Evaluate a law with straight branches in all lanes.",
+        "",
+        "deformation spring_force memory c",
+    ),
+    "accept_hinges": ("kernel", "Accept the memory of all hinges.", "", "i z memory c"),
+    "unbalance_line": ("kernel", "Compute all unbalanced moments.", "solution", "i spring_force"),
+    "judge_balance": ("kernel", "Decide whether the search for rotations continues.", "solution", "seeking"),
+    "judge_lanes": ("kernel", "Decide for each lane how its search continues.", "solution", "seeking"),
+    "end_balance": ("kernel", "After the search for rotations.", "seeking", "i deformation"),
+}
+
+OF_LUMPED = {
+    "Lumped structures of equal storeys": OF_EQUAL_STOREYS,
+    "Fish-bone frames with hinges": OF_COLUMN_LINE,
 }

@@ -1,6 +1,6 @@
 """Deformations of the springs of a lumped structure, and its accelerations, as statements for this structure alone."""
 
-from warpdyn.engine.kernels.lumped.pattern import OF_ENERGIES, products, transposed
+from warpdyn.engine.kernels.lumped.pattern import OF_ENERGIES, Table, products, transposed
 
 FIELDS = {
     # Values of the entries of all matrices, of dashpots, and coefficients of biaxial springs, [value, structure].
@@ -29,8 +29,15 @@ def names(plan):
 
     ground = "base" if pattern.components == 1 else "ground"
     by_row = transposed(pattern.deformation, plan.dofs)
+    drifts = pattern.deformation
+    if pattern.line is not None:  # rotations of hinges do not follow from displacements
+        drifts = Table(drifts.rows[: plan.dofs], drifts.values)
     count = pattern.values + pattern.springs * pattern.has_dashpots
-    count += pattern.values_of_pairs + (pattern.values_of_energies if "energy" in plan.recorders else 0)
+    count += (
+        pattern.values_of_pairs
+        + pattern.values_of_line
+        + (pattern.values_of_energies if "energy" in plan.recorders else 0)
+    )
     return {
         "THREADS": 1,
         "ROWS": pattern.springs,
@@ -40,8 +47,8 @@ def names(plan):
         "IS_SHAKEN": is_base,
         "term_rows": wp.types.matrix(shape=(max(1, count), plan.lanes), dtype=dtype),
         "spring_rows": wp.types.matrix(shape=(pattern.springs, plan.lanes), dtype=dtype),
-        "DEFORMATIONS": product("deformation", us, "deformation"),
-        "DEFORMATION_RATES": product("deformation", vs, "deformation_rate"),
+        "DEFORMATIONS": product("deformation", us, "deformation", drifts),
+        "DEFORMATION_RATES": product("deformation", vs, "deformation_rate", drifts),
         "SPRING_FORCES": product("deformation", "spring_force", "applied", by_row, sign=-1, is_added=has_load),
         "ELASTIC_FORCES": product("stiffness", us, "applied", sign=-1, is_added=True),
         "VISCOUS_FORCES": product("damping", vs, "applied", sign=-1, is_added=True),

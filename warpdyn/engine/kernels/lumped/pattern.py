@@ -21,6 +21,10 @@ OF_ENERGIES = ("mass", "pull")  # the last tables of a pattern
 UNIT = -1  # place of a value that is 1 in all structures
 
 
+# Ends of members of a storey of a column line that may have hinges, and values of a storey.
+PLACES_OF_STOREY, VALUES_OF_STOREY = 3, 4
+
+
 @dataclass(frozen=True)
 class Term:
     """One entry of a matrix that is not 0.
@@ -60,6 +64,72 @@ class Table:
 
 
 @dataclass(frozen=True)
+class ColumnLine:
+    """The column line of a fish-bone frame, whose massless rotations a kernel finds in each stage.
+
+    The rotations are rows of a matrix: those of the joints from the base to the roof, those of ends of members, and
+    last a row that is always 0. If only half-beams and the base have hinges, the ends of columns rotate with their
+    joints, so that only the ends of half-beams have rows.
+
+    Args:
+        springs: Of each storey the hinges at the lower and upper end of its column and at the start of the half-beam
+            of the floor above it, as indices of springs; -1 for a rigid connection.
+        is_fixed: Whether the base cannot rotate.
+        linear: Springs that are linear.
+    """
+
+    springs: tuple[int, ...]
+    is_fixed: bool
+    linear: tuple[int, ...] = ()
+
+    @property
+    def storeys(self) -> int:
+        """Number of storeys."""
+        return len(self.springs) // PLACES_OF_STOREY
+
+    @property
+    def hinges(self) -> int:
+        """Number of hinges, the linear ones included."""
+        return sum(spring >= 0 for spring in self.springs)
+
+    @property
+    def values(self) -> int:
+        """Number of values: stiffnesses and inverse heights, the stiffness of the base, and those of the hinges."""
+        return VALUES_OF_STOREY * self.storeys + 1 + self.hinges
+
+    @property
+    def has_hinged_columns(self) -> bool:
+        """Whether a column has a hinge in series with a joint that rotates."""
+        first = 1 if self.is_fixed else 0
+        ends = range(first, len(self.springs))
+        return any(self.springs[end] >= 0 and end % PLACES_OF_STOREY < PLACES_OF_STOREY - 1 for end in ends)
+
+    @property
+    def base_hinge(self) -> int:
+        """The spring between the ground and the first joint; -1 without one, or if columns have hinges."""
+        return -1 if self.has_hinged_columns else self.springs[0]
+
+    @property
+    def ends_of_storey(self) -> int:
+        """Number of rows of ends of members per storey."""
+        return PLACES_OF_STOREY if self.has_hinged_columns else 1
+
+    @property
+    def rows(self) -> int:
+        """Number of rows of rotations, with the last row of zeros."""
+        return self.storeys + 1 + self.ends_of_storey * self.storeys + 1
+
+    def rows_of(self, spring: int) -> tuple[int, int]:
+        """Return the two rows whose difference is the rotation of a hinge."""
+        place = self.springs.index(spring)
+        storey, kind = divmod(place, PLACES_OF_STOREY)
+        if spring == self.base_hinge:
+            return 0, self.rows - 1
+        end = place if self.has_hinged_columns else storey
+        return self.storeys + 1 + end, storey + min(kind, 1)
+
+
+@dataclass(frozen=True)
 class Pattern:
     """The pattern of a lumped structure, part of a kernel's plan.
 
@@ -79,6 +149,7 @@ class Pattern:
         pairs: Number of biaxial springs; the deformations of their components are the last rows of `deformation`.
         biaxial_law: Device functions of the biaxial springs; None without such springs.
         resultants: For each output the places of its other rows; () for an output that is not a resultant.
+        line: The column line of a fish-bone frame with hinges; None for other structures.
         storeys: For each storey the places of the springs whose deformations are its drift; () without storeys.
     """
 
@@ -96,6 +167,7 @@ class Pattern:
     pairs: int = 0
     biaxial_law: StoreyRules | None = None
     resultants: tuple[tuple[int, ...], ...] = ()
+    line: ColumnLine | None = None
     storeys: tuple[tuple[int, ...], ...] = ()
 
     @property
@@ -123,6 +195,16 @@ class Pattern:
     def values_of_pairs(self) -> int:
         """Number of coefficients of the biaxial springs, which follow the values of dashpots."""
         return 0 if self.biaxial_law is None else self.pairs * number_of_coefficients(self.biaxial_law)
+
+    @property
+    def first_of_line(self) -> int:
+        """Place of the first value of a column line, which follow those of biaxial springs."""
+        return self.values + self.springs * self.has_dashpots + self.values_of_pairs
+
+    @property
+    def values_of_line(self) -> int:
+        """Number of values of a column line."""
+        return 0 if self.line is None else self.line.values
 
     @property
     def values_of_energies(self) -> int:

@@ -89,7 +89,13 @@ def storeys_of(pattern: Pattern) -> Storeys | None:
     """
     others = (pattern.stiffness, pattern.damping, pattern.unmoved)
     is_full = any(table.strides is not None for table in pattern.tables.values())
-    if pattern.pairs or is_full or any(pattern.resultants) or not all(table.is_empty for table in others):
+    if (
+        pattern.pairs
+        or pattern.line
+        or is_full
+        or any(pattern.resultants)
+        or not all(table.is_empty for table in others)
+    ):
         return None
     dofs = len(pattern.inverse_mass.rows)
     for width in (size for size in range(1, dofs // 2 + 1) if dofs % size == 0):

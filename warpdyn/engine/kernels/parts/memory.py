@@ -5,11 +5,12 @@ mapping computes the new memory from the drift at the end of the step.
 """
 
 from warpdyn.engine.kernels.parts import straight_branches
+from warpdyn.engine.kernels.plan import has_line
 from warpdyn.engine.laws.springs import spring_row
 
 
 def wanted(plan):
-    if plan.family not in ("chain", "lumped") or plan.kind != "explicit":
+    if plan.family not in ("chain", "lumped") or plan.kind != "explicit" or has_line(plan):
         return False
     law = spring_row(plan.law)
     has_memory = law.return_mapping is not None or law.force_at_accepted_state is not None

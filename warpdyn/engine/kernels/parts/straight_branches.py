@@ -1,12 +1,12 @@
 """Storey laws with straight branches: the full rules of a law run only if a storey leaves its branch (rare)."""
 
-from warpdyn.engine.kernels.plan import keeps_drifts, tableau
+from warpdyn.engine.kernels.plan import has_line, keeps_drifts, tableau
 from warpdyn.engine.laws.springs import spring_row
 from warpdyn.engine.methods.table import METHODS
 
 
 def wanted(plan):
-    if plan.family not in ("chain", "lumped"):
+    if plan.family not in ("chain", "lumped") or has_line(plan):
         return False
     law = spring_row(plan.law)
     return law.leaves_line is not None and law.rate is None and not METHODS[plan.method].is_adaptive

@@ -81,8 +81,8 @@ def see_state():
     else:
         PRESENT_OUTPUTS
         RESULTANTS
-    for j in range(LANES):
-        for m in range(OUTPUTS):
+    for m in range(OUTPUTS):
+        for j in range(LANES):
             size = wp.abs(present_output[m, j])
             if SPRING_COLLAPSE:
                 size = size * stands[j]

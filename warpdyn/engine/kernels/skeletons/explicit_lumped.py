@@ -153,7 +153,7 @@ def integrate_lumped(
                 if FUSES and (stage > 0 or not GATHERS_AT_END):
                     slot("evaluate_storeys")
                 else:
-                    if stage > 0 or not GATHERS_AT_END:
+                    if (stage > 0 and STAGES > 1) or not GATHERS_AT_END:
                         slot("gather_springs")
                     for i in range(SPRINGS):
                         slot("visit_spring")

@@ -64,6 +64,8 @@ CHECKS: Mapping[str, Check] = {
             **_SPREAD,
         },
     ),
+    # One turn is 6.28 rad; slightly more is left for angles such as 400 degrees.
+    "incidence_angle": Check("angle of incidence", "rad", 0.0, 7.0, given_in({"degrees": np.pi / 180})),
     "storey_height": Check(
         "storey height", "m", 1.5, 30.0, given_in(LENGTH), of_storeys=lambda b: b.in_own(b["height"])
     ),
@@ -197,6 +199,16 @@ CHECKS: Mapping[str, Check] = {
     ),
     # Anagnostopoulos (1988) and later papers: 1e7 to 1e10 N/m for pounding buildings; a rubber bumper has 1e6 N/m.
     "spring_contact_stiffness": Check("stiffness of the contact", "N/m", 2e5, 1e12, given_in(STIFFNESS)),
+    # Users may give the mass of a whole building instead of that of a floor.
+    "impact_mass_over_masses": Check(
+        *("impact_mass of the contact over m1 m2 / (m1 + m2) of its masses", "1", 0.02, 50.0),
+        with_units("impact_mass", MASS),
+    ),
+    # All of the weight that only sliders hold is usually on them; the range allows for vertical accelerations.
+    "slider_weight_over_weight": Check(
+        *("weight on the sliders over the weight that moves on them", "1", 0.25, 3.0),
+        with_units("weight", FORCE) | _PER_MASS,
+    ),
     "spring_radius": Check("radius of the slider", "m", 0.4, 15.0, given_in(LENGTH)),
     "soil_density": Check(
         *("density of the soil", "kg/m3", 800.0, 4000.0),
@@ -208,6 +220,13 @@ CHECKS: Mapping[str, Check] = {
         given_in({"km/s": 1e3} | VELOCITY),
     ),
     "plan_side": Check("side of the plan", "m", 2.0, 400.0, given_in(LENGTH)),
+    # A uniform rectangle has 0.58; 1 is a mass in the corners.
+    "gyration_over_plan": Check(
+        *("radius of gyration of a floor over half the diagonal of the plan", "1", 0.1, 1.0),
+        with_units("inertia", {"t m2": 1e3, "kN m2 of weight": 1e3 / G}, 0.5)
+        | with_units("floor_mass", MASS, -0.5)
+        | {"inertia may be the radius of gyration: give mass * radius**2": lambda value: value < 0.1},
+    ),
     "first_period": Check(
         *("first period", "s", 0.02, 20.0),
         _PERIOD | given_in(TIME) | {"mass and stiffness may be swapped": lambda period: period > 20},

@@ -50,6 +50,8 @@ def spectral_acceleration(
 def _accelerations(motions: Sequence[GroundMotion], periods: np.ndarray, damping_ratio: float) -> np.ndarray:
     """Return the pseudo-spectral acceleration of each motion at each period [m/s2], shape [motion, period]."""
     _check_damping_ratio(damping_ratio)
+    for motion in motions:
+        _check_motion(motion)
     return (2 * np.pi / periods) ** 2 * spectral_displacements(motions, periods, np.array([damping_ratio]))[:, 0]
 
 
@@ -240,6 +242,7 @@ class SpectralAcceleration(IntensityMeasure):
 
         Raises:
             ValueError: If the period is outside 1e-5 to 1e9 steps of a motion.
+            TypeError: If an element of `motions` is not a GroundMotion, such as a PairOfMotions.
         """
         return _accelerations(motions, np.array([self.period]), self.damping_ratio)[:, 0]
 
@@ -353,7 +356,9 @@ def intensity_measures(motions: GroundMotion | Sequence[GroundMotion]) -> xr.Dat
 
 def _check_motion(motion: object) -> None:
     if not isinstance(motion, GroundMotion):
-        raise TypeError(f"motion must be a GroundMotion, got {shortened(motion)}")
+        is_pair = all(isinstance(each, GroundMotion) for each in getattr(motion, "components", [None]))
+        remedy = ": give its components, as in measure.values(pair.components)" if is_pair else ""
+        raise TypeError(f"motion must be a GroundMotion, got {shortened(motion)}{remedy}")
 
 
 def _check_damping_ratio(damping_ratio: float) -> None:

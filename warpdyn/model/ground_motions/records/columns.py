@@ -15,6 +15,7 @@ from warpdyn.foundations.core.near_misses import did_you_mean, suggests_names
 from warpdyn.model.ground_motions.motions import GroundMotion
 from warpdyn.model.ground_motions.records.components.file_names import record_and_component
 from warpdyn.model.ground_motions.records.components.headers import named_component
+from warpdyn.model.ground_motions.records.parsing.decimal_commas import refuse_decimal_commas
 from warpdyn.model.ground_motions.records.parsing.header_checks import check_missing_values
 from warpdyn.model.ground_motions.records.parsing.not_a_record import AmbiguousTextError
 from warpdyn.model.ground_motions.records.quantities import (
@@ -45,7 +46,6 @@ _MISSING = re.compile(
     r"\s*(?:#(?:N/A|DIV/0!|VALUE!|REF!|NUM!|NAME\?|NULL!|NV|WERT!)|[-+]?(?:NAN|INF(?:INITY)?)|N/?A|NULL|NONE)[\s,;]*",
     re.IGNORECASE,
 )
-_DECIMAL_COMMA = re.compile(r"[+-]?\d*,\d+([ED][+-]?\d+)?", re.IGNORECASE)
 
 
 @suggests_names
@@ -209,8 +209,7 @@ def _table_of(path: str | PathLike, delimiter: str | None, decimal_comma: bool, 
             )
         numbers = NumberLines(path, [line.replace(",", ".") for line in numbers.lines], numbers.line_numbers, mark)
     elif "," in lines[first]:
-        has_names = above.count(",") == lines[first].count(",")
-        _refuse_decimal_commas(numbers, mark, is_stated=delimiter is not None or has_names)
+        refuse_decimal_commas(numbers, mark, above, is_stated=delimiter is not None)
     widths = numbers.widths()
     count = len(numbers.tokens(0))
     if len(widths) > 1:
@@ -255,19 +254,6 @@ def _is_header(line: str) -> bool:
     """Return whether a line contains only words, i.e. neither a number nor a damaged number."""
     words = re.split(r"[\s,;()\[\]]+", line.strip(" \t\"',;()[]"))
     return not _MISSING.fullmatch(line) and all(_HEADER_WORD.match(word) for word in words)
-
-
-def _refuse_decimal_commas(numbers: NumberLines, mark: str | None, *, is_stated: bool) -> None:
-    """Raise a ValueError if commas may be decimal commas; `is_stated`: it is known that commas separate columns."""
-    place, first = numbers.place(0), numbers.lines[0].strip()
-    if mark != ",":
-        if any(map(_DECIMAL_COMMA.fullmatch, numbers.tokens(0))):
-            raise AmbiguousTextError(f"{place}: {first!r} seems to have decimal commas: give decimal_comma=True")
-    elif not is_stated and all(_DECIMAL_COMMA.fullmatch(token) for line in numbers.lines for token in line.split()):
-        raise AmbiguousTextError(
-            f"{place}: {first!r} may be a number with a decimal comma (give decimal_comma=True) or columns of whole "
-            'numbers (give delimiter=",")'
-        )
 
 
 def _refuse_successive_values(table: _Table, acceleration: int | None) -> None:

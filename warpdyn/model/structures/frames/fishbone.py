@@ -17,7 +17,7 @@ SAME = 1e-6  # largest relative difference of lengths and end springs of columns
 
 
 @dataclass
-class _Level:
+class Level:
     """The members of a storey and of the floor above it, by index."""
 
     columns: list[int] = field(default_factory=list)
@@ -64,7 +64,7 @@ def fishbone(frame: Frame) -> Frame:
         array([0.999])
     """
     check_kind("fishbone", "a Frame", frame, Frame, argument="frame")
-    levels, floors = _levels(frame)
+    levels, floors = levels_of(frame)
     _refuse_other_p_delta(frame, levels)
     heights = [0.0, *(frame.level_of(floor) - _base(frame) for floor in floors)]
     width = _half_bay(frame)
@@ -104,24 +104,22 @@ def _base(frame: Frame) -> float:
     return float(min(frame.nodes[name]["y"] for name in frame.supports))
 
 
-def _levels(frame: Frame) -> tuple[list[_Level], list[str]]:
+def levels_of(frame: Frame, who: str = "fishbone()") -> tuple[list[Level], list[str]]:
     """Return the members of each storey with the floor above, and the moving floors from the lowest to the highest."""
     free = set(frame.numbering.free_names)
     floors = [floor for floor in frame.floors if floor in free]
     if not floors:
-        raise ValueError("fishbone(): the frame has no rigid floors: give diaphragms= with the nodes of each floor")
+        raise ValueError(f"{who}: the frame has no rigid floors: give diaphragms= with the nodes of each floor")
     level_of = {node: place for place, floor in enumerate(floors, start=1) for node in frame.diaphragms[floor]}
-    found = [_Level() for _ in floors]
+    found = [Level() for _ in floors]
     for index, (name, row) in enumerate(frame.members.items()):
         ends = [row["start"], row["end"]]
         for node in ends:
             if node not in level_of and node not in frame.supports:
-                raise ValueError(
-                    f"fishbone(): node {node!r} of member {name!r} is neither on a rigid floor nor supported"
-                )
+                raise ValueError(f"{who}: node {node!r} of member {name!r} is neither on a rigid floor nor supported")
             if node in level_of and not {"ux", "rz"}.isdisjoint(frame.supports.get(node, {})):
                 raise ValueError(
-                    f"fishbone(): the support of node {node!r} on a rigid floor would be lost: remove its ux and rz"
+                    f"{who}: the support of node {node!r} on a rigid floor would be lost: remove its ux and rz"
                 )
         low, high = sorted(level_of.get(node, 0) for node in ends)
         x = frame.coordinates[frame.ends[index], 0]
@@ -134,12 +132,12 @@ def _levels(frame: Frame) -> tuple[list[_Level], list[str]]:
             which.append(index)
         else:
             raise ValueError(
-                f"fishbone(): member {name!r} is neither a beam within a floor nor a column between adjacent floors: a "
+                f"{who}: member {name!r} is neither a beam within a floor nor a column between adjacent floors: a "
                 "fish-bone has no braces and no columns over several storeys"
             )
     for floor, level in zip(floors, found, strict=True):
         if not level.columns:
-            raise ValueError(f"fishbone(): the storey below floor {floor!r} has no column that resists its drift")
+            raise ValueError(f"{who}: the storey below floor {floor!r} has no column that resists its drift")
     return found, floors
 
 
@@ -162,7 +160,7 @@ def _refuse_offsets(name: str, row: Mapping[str, Any]) -> None:
             )
 
 
-def _refuse_other_p_delta(frame: Frame, levels: list[_Level]) -> None:
+def _refuse_other_p_delta(frame: Frame, levels: list[Level]) -> None:
     """Raise a ValueError if the geometric stiffness is not that of vertical strings with all gravity loads."""
     if frame.geometric_kind != "string":
         raise ValueError(
@@ -178,7 +176,7 @@ def _refuse_other_p_delta(frame: Frame, levels: list[_Level]) -> None:
             )
 
 
-def _column_line(frame: Frame, level: _Level, modulus: float, place: int) -> tuple[dict[str, float], dict[str, Any]]:
+def _column_line(frame: Frame, level: Level, modulus: float, place: int) -> tuple[dict[str, float], dict[str, Any]]:
     """Return section and member of the column line: sums of EI, of shear stiffness and of end springs."""
     taken = level.columns
     nominal, geometry = frame.nominal, frame.geometry
@@ -238,7 +236,7 @@ def _springs_at(frame: Frame, columns: list[int], end: str) -> np.ndarray:
     return found
 
 
-def _floor_stiffness(frame: Frame, level: _Level) -> float:
+def _floor_stiffness(frame: Frame, level: Level) -> float:
     """Return the sum of the moments of all beam ends for a unit rotation of all joints [N m/rad]."""
     turned = np.zeros(6)
     turned[[2, 5]] = 1.0
@@ -253,7 +251,7 @@ def _half_bay(frame: Frame) -> float:
     return float(spans[spans > 0].mean() / 2) if (spans > 0).any() else 1.0
 
 
-def _base_support(frame: Frame, level: _Level) -> dict[str, bool | float]:
+def _base_support(frame: Frame, level: Level) -> dict[str, bool | float]:
     """Return the support of the column line: that of all columns, or the sum of their rotational springs."""
     lower = [frame.ends[i][np.argmin(frame.coordinates[frame.ends[i], 1])] for i in level.columns]
     names = [list(frame.nodes)[node] for node in lower]

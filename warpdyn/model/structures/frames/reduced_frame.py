@@ -116,7 +116,7 @@ class ReducedFrame(LumpedStructure):
             damping_modes=damping_modes,
             damping_matrix=damping_matrix,
             storey_height=heights or None,
-            storey_springs=[gauge.name for gauge in gauges] if heights else None,
+            storey_springs=[gauge.name for gauge in gauges[: len(heights)]] if heights else None,
         )
         sections = {name: np.array(each) for name, each in zip(MEMBER_PARAMETERS, self._nominal_sections, strict=True)}
         self.parameters = FrozenMapping({**self.parameters, **sections})
@@ -155,11 +155,12 @@ class ReducedFrame(LumpedStructure):
             )
         return np.stack([x, y] if self.vertical else [x], axis=1)
 
-    def _gauges(self, names: Sequence[str]) -> tuple[list[Gauge], list[float]]:
-        """Return the springs without stiffness and the storey heights [m]; without storeys, one spring and no height."""
+    def _gauges(self, names: Sequence[str]) -> tuple[list[Spring], list[float]]:
+        """Return the springs without stiffness and the storey heights [m]; without storeys, one spring and ()."""
         given = self.drift_capacity
         capacity = None if given is None else real_number("drift_capacity", given, above=0)
-        found, heights = [], []
+        found: list[Spring] = []
+        heights: list[float] = []
         for storey, (upper, lower, height) in enumerate(self.frame.storey_drifts.values()):
             if upper in names and (lower is None or lower in names):
                 direction = {upper: 1.0} | ({} if lower is None else {lower: -1.0})

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from warpdyn.engine.kernels.lumped.pattern import ColumnLine
 from warpdyn.model.structures.lumped.biaxial_spring import Component
 from warpdyn.model.structures.lumped.damping import rayleigh_factors
 from warpdyn.model.structures.lumped.names import Rows, row_of
@@ -143,6 +144,19 @@ class LumpedMatrices:
     def elastic_matrices(self, values: Values) -> np.ndarray | float:
         """Return the elastic stiffness in addition to the springs [N/m], shape [structure or 1, dof, dof], or 0."""
         return self.matrices.get("stiffness_matrix", 0.0)
+
+    def linear_matrices(self, values: Values) -> np.ndarray | float:
+        """Return the part of `elastic_matrices` that kernels multiply by displacements."""
+        return self.elastic_matrices(values)
+
+    @property
+    def column_line(self) -> ColumnLine | None:
+        """The column line of a fish-bone frame with hinges; None for other structures."""
+        return None
+
+    def values_of_line(self, values: Values) -> np.ndarray:
+        """Return the values of the column line, shape [value, structure]."""
+        return np.zeros((0, len(values["mass"])))
 
     def geometric_matrices(self, values: Values) -> np.ndarray | float:
         """Return the stiffness that gravity takes away [N/m], shape [structure or 1, dof, dof], or 0."""

@@ -245,6 +245,11 @@ class LumpedStructure(LumpedMatrices, Structure):
         return int(self.influence.shape[1])
 
     @property
+    def rotating_dofs(self) -> tuple[str, ...]:
+        """Names of the degrees of freedom that are rotations [rad]."""
+        return tuple(name for name, turns in zip(self.dof_names, self.kinds.rotating["dof"], strict=True) if turns)
+
+    @property
     def lacking(self) -> tuple[str, ...]:
         """Recorders that the structure cannot have: "output" without outputs, "drift" without storeys."""
         return (() if self.outputs else ("output",)) + (() if self.storey_springs else ("drift",))

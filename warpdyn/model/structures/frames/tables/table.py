@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -13,7 +12,7 @@ import pandas as pd
 
 from warpdyn.foundations.core.checks import one_of, real_number, shortened
 from warpdyn.foundations.core.near_misses import did_you_mean
-from warpdyn.foundations.files.text import read_csv_text
+from warpdyn.foundations.files.text import comma_hint, read_csv, read_csv_text, separator_hint
 
 TableLike: TypeAlias = Mapping[str, Any] | pd.DataFrame | str | os.PathLike
 Rows: TypeAlias = dict[str, dict[str, Any]]
@@ -54,7 +53,8 @@ class Column:
             try:
                 value = float(value)
             except ValueError:
-                raise ValueError(f"{what} must be a number [{self.units}], got {shortened(value)}") from None
+                hint = comma_hint(value)
+                raise ValueError(f"{what} must be a number [{self.units}], got {shortened(value)}{hint}") from None
         if self.may_be_infinite and isinstance(value, float) and value == np.inf:
             return value
         return real_number(f"{what} [{self.units}]", value, above=self.above, least=self.least)
@@ -103,13 +103,18 @@ def read_table(argument: str, given: object, noun: str, columns: Mapping[str, Co
 def _raw_rows(argument: str, given: object, noun: str, columns: Sequence[str]) -> list[tuple[str, dict[str, Any]]]:
     """Return (name, row) for each row of a table, without checks of the values."""
     if isinstance(given, str | os.PathLike):
-        text = read_csv_text(argument, given)
-        read = pd.read_csv(io.StringIO(text), dtype={noun: str}, skipinitialspace=True)
+        read_csv_text(argument, given)  # refuses files that are not CSV
+        try:
+            read = read_csv(given, identifier=noun)
+        except ValueError as error:
+            raise ValueError(f"{argument}: {error}") from None
         if noun not in read:
             listed = ", ".join(map(repr, read.columns))
             raise ValueError(f"{argument}: the file has no column {noun!r}, which names the rows; it has {listed}")
         given = read
     if isinstance(given, pd.DataFrame):
+        if hint := separator_hint(given.columns):
+            raise ValueError(f"{argument}: the table has the only column {given.columns[0]!r}{hint}")
         table = given.set_index(noun) if noun in given else given
         return [(str(name), row.to_dict()) for name, row in table.iterrows()]
     if not isinstance(given, Mapping):

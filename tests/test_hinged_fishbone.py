@@ -1,0 +1,58 @@
+"""Fish-bone frames with hinges against histories of an independent program (OpenSeesPy agrees with it within 1e-5)."""
+
+from __future__ import annotations
+
+import functools
+
+import numpy as np
+import pytest
+import xarray as xr
+from hinge_cases import HEIGHTS, HISTORIES, NAMES, motion, reference_model
+
+import warpdyn as wd
+
+pytestmark = pytest.mark.meant_as_given(
+    "no_damping", "damping_ratio", "first_period", "strongest_motion", "peak_ground_acceleration"
+)
+
+
+@functools.cache
+def run(**settings) -> xr.Dataset:
+    motions = [motion(*name) for name in NAMES]
+    scene = wd.Scene(reference_model(), wd.Cloud(motions), recorders=("spring", "acceleration"))
+    return wd.simulate(scene, device="cpu", histories=wd.Histories(range(len(NAMES))), **settings)
+
+
+def mean_of_end(result: xr.Dataset, sample: int) -> np.ndarray:
+    """Return the mean drift ratios of the last 5 s."""
+    end = 30.0 if NAMES[sample][0] == "LOS270" else 20.0
+    history = result["spring_deformation"].isel(history=sample).sel(time=slice(end - 5, end))
+    return history.values[:, :10].mean(axis=0) / HEIGHTS
+
+
+def drift_ratios(result: xr.Dataset, sample: int) -> np.ndarray:
+    return result["peak_spring_deformation"].isel(sample=sample).values[:10] / HEIGHTS
+
+
+@pytest.mark.parametrize("sample", range(len(NAMES)), ids=[f"{name} {level}" for name, level in NAMES])
+def test_history_at_a_converged_step(sample):
+    result = run(method="rk4", step=0.0025, dtype="float64")
+    drifts, accelerations, residual, rotation, moment = HISTORIES[NAMES[sample]]
+    assert result["status"].values[sample] == 0
+    np.testing.assert_allclose(drift_ratios(result, sample), drifts, rtol=1e-3)
+    np.testing.assert_allclose(mean_of_end(result, sample), residual, rtol=0, atol=1e-3 * max(drifts))
+    found = result.isel(sample=sample)
+    np.testing.assert_allclose(found["peak_acceleration"].values, accelerations, rtol=0.01)
+    hinge, value = rotation
+    assert found["peak_spring_deformation"].sel(spring=hinge).item() == pytest.approx(value, rel=2e-3)
+    hinge, value = moment
+    assert found["peak_spring_force"].sel(spring=hinge).item() == pytest.approx(value, rel=1e-3)
+
+
+@pytest.mark.parametrize("sample", range(len(NAMES)), ids=[f"{name} {level}" for name, level in NAMES])
+def test_history_at_the_default_step(sample):
+    result = run()
+    assert result["status"].values[sample] == 0
+    drifts, _, residual, *_ = HISTORIES[NAMES[sample]]
+    np.testing.assert_allclose(drift_ratios(result, sample), drifts, rtol=0.01)
+    np.testing.assert_allclose(mean_of_end(result, sample), residual, rtol=0, atol=0.01 * max(drifts))

@@ -1,0 +1,222 @@
+"""A fish-bone frame with nonlinear hinges, as a structure of scenes."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from warpdyn.engine.kernels.lumped.pattern import ColumnLine
+from warpdyn.engine.laws.bilinear.parameters import Bilinear, ElasticPerfectlyPlastic
+from warpdyn.engine.laws.elastic.parameters import Elastic
+from warpdyn.engine.laws.ibarra_medina_krawinkler.parameters import IbarraMedinaKrawinklerBilinear
+from warpdyn.foundations.core.checks import check_kind
+from warpdyn.foundations.core.near_misses import with_suggestions
+from warpdyn.model.structures.frames.column_line import ENDS, base_turn, checked_hinges, checked_line
+from warpdyn.model.structures.frames.frame import Frame
+from warpdyn.model.structures.frames.members.elements import Sections, shear_ratio
+from warpdyn.model.structures.frames.reduced_frame import ReducedFrame
+from warpdyn.model.structures.lumped.spring import Spring
+
+LAWS_OF_HINGES = (Elastic, Bilinear, ElasticPerfectlyPlastic, IbarraMedinaKrawinklerBilinear)
+
+
+class Hinge(Spring):
+    """A rotational spring between the end of a member and its joint; its deformation is their relative rotation [rad].
+
+    Args:
+        name: Name, such as "C1 start".
+        dof: Degree of freedom of the floor above.
+        stiffness: Initial stiffness [N m/rad].
+        law: Law, as for a Spring; forces are moments [N m], drifts rotations [rad].
+        **parameters: Parameters of the law.
+    """
+
+    def __init__(self, name: str, dof: str, stiffness: float, law: Any, **parameters: float) -> None:
+        super().__init__(name, {dof: 1.0}, law=law, stiffness=stiffness, rotational=True, **parameters)
+        self.direction = {dof: 0.0}  # its moment acts on massless rotations
+        if self.law not in LAWS_OF_HINGES:
+            known = ", ".join(sorted(each.name for each in LAWS_OF_HINGES))
+            raise ValueError(f"hinge {name!r}: law {self.law.name!r} is not a law of hinges: choose one of {known}")
+
+
+@with_suggestions
+class HingedFishbone(ReducedFrame):
+    """A fish-bone frame whose members have nonlinear hinges at their ends.
+
+    The floors' displacements are integrated; rotations are massless and solved in each stage of the method. A hinge is
+    a rotational spring of any of the laws elastic, bilinear, elastic-perfectly-plastic or Ibarra-Medina-Krawinkler
+    (bilinear), in series with the elastic member; its initial stiffness is that of the member's `spring_start` or
+    `spring_end`. Axial forces do not change the moments of hinges. Damping acts on the velocities of floors: Rayleigh
+    damping is proportional to mass and initial stiffness of the elastic frame.
+
+    Springs of the structure are the storeys ("storey 1": drift [m] and storey shear [N]) and then the hinges ("C1
+    start": rotation [rad] and moment [N m]); parameters of the hinges' laws can be random with `per="spring"`, with
+    `only=` names of hinges.
+
+    Args:
+        frame: Fish-bone frame, such as the result of `fishbone`: one column per storey without shortening, and one
+            half-beam per floor with a vertical roller at its end.
+        hinges: Laws of hinges by member and end, {(member, "start" or "end"): {"law": law, parameter: value}}. Member
+            ends without a hinge have the linear spring of the frame.
+        p_delta: Whether gravity loads soften the frame.
+        outputs: ("drift",): storey drift ratios "drift 1" and so on [1]; or ().
+        drift_capacity: Storey drift ratio at which samples collapse [1]; None: no collapse.
+        damping: Inherent damping, as for a LumpedStructure.
+        damping_ratio: Viscous damping ratio [1].
+        damping_modes: The two modes of Rayleigh damping, counted from 1; None: 1 and 2.
+        damping_matrix: Damping of the floors in addition to `damping` [N s/m], shape [floor, floor].
+
+    Raises:
+        ValueError: If the frame is not a fish-bone, a hinge is at an end without a spring, or a law is unknown.
+        TypeError: If `frame` is not a Frame.
+
+    Example:
+        A storey with a hinge at the base of its column line.
+
+        >>> nodes = {"J0": (0.0, 0.0), "J1": {"x": 0.0, "y": 4.0, "gravity_load": 3.4e5}, "R1": (3.0, 4.0)}  # m, N
+        >>> springs = {"spring_start": 3e8}  # N m/rad
+        >>> column = {"start": "J0", "end": "J1", "section": "column", **springs}
+        >>> members = {"C1": column, "B1": ("J1", "R1", "beam")}
+        >>> bone = wd.Frame(
+        ...     nodes,
+        ...     members,
+        ...     sections,
+        ...     supports={"J0": "fixed", "J1": "roller", "R1": "roller"},
+        ...     diaphragms={"floor": ["J1", "R1"]},
+        ...     masses={"floor": 35e3},  # kg
+        ... )
+        >>> hinges = {("C1", "start"): {"law": "bilinear", "yield_force": 2e5, "hardening_ratio": 0.02}}
+        >>> structure = wd.HingedFishbone(bone, hinges, damping="modal", damping_ratio=0.02)
+        >>> structure.hinge_names
+        ('C1 start',)
+        >>> scene = wd.Scene(structure, wd.Cloud(motions), recorders=("spring",))
+        >>> wd.simulate(scene, device="cpu")["peak_spring_force"].sel(spring="C1 start").dims
+        ('sample',)
+    """
+
+    def __init__(
+        self,
+        frame: Frame,
+        hinges: Mapping[tuple[str, str], Mapping[str, Any]],
+        *,
+        p_delta: bool = True,
+        outputs: Sequence[str] = ("drift",),
+        drift_capacity: float | None = None,
+        damping: str = "none",
+        damping_ratio: float | None = None,
+        damping_modes: tuple[int, int] | None = None,
+        damping_matrix: ArrayLike | None = None,
+    ) -> None:
+        check_kind("HingedFishbone", "a Frame", frame, Frame, argument="frame")
+        self.line = checked_line(frame)
+        self.hinges = checked_hinges(frame, self.line, hinges)
+        if tuple(outputs) not in ((), ("drift",)):
+            raise ValueError(
+                f"outputs of a HingedFishbone are ('drift',) or (), got {outputs!r}: recorder 'spring' has storey "
+                "shears and moments of hinges"
+            )
+        super().__init__(
+            frame,
+            dofs=None,
+            reduction="static",
+            modes=0,
+            p_delta=p_delta,
+            vertical=False,
+            outputs=outputs,
+            members=None,
+            drift_capacity=drift_capacity,
+            damping=damping,
+            damping_ratio=damping_ratio,
+            damping_modes=damping_modes,
+            damping_matrix=damping_matrix,
+        )
+
+    @property
+    def hinge_names(self) -> tuple[str, ...]:
+        """Names of the hinges with laws, such as "C1 start"."""
+        return tuple(f"{member} {end}" for member, end in self.hinges)
+
+    @property
+    def lacking(self) -> tuple[str, ...]:
+        """Recorders that the structure cannot have: energies, because hinges have no rates."""
+        return (*super().lacking, "energy")
+
+    def _gauges(self, names: Sequence[str]) -> tuple[list[Spring], list[float]]:
+        """Return the storeys followed by the hinges, storey by storey, and the storey heights [m]."""
+        found, heights = super()._gauges(names)
+        self.line_places: list[int] = []
+        members = list(self.frame.members)
+        stiffnesses = self.frame.geometry.end_springs
+        for storey, name in zip(self.line, names, strict=True):
+            for member, side in storey.places:
+                stiffness = float(stiffnesses[member, side])
+                if np.isinf(stiffness):
+                    self.line_places.append(-1)
+                    continue
+                row = dict(self.hinges.get((members[member], ENDS[side]), {"law": "elastic"}))
+                self.line_places.append(len(found))
+                found.append(Hinge(f"{members[member]} {ENDS[side]}", name, stiffness, row.pop("law"), **row))
+        return found, heights
+
+    @property
+    def column_line(self) -> ColumnLine:
+        """Places of the hinges along the column line."""
+        linear = tuple(place for place in self.line_places if place >= 0 and self.springs[place].law is Elastic)
+        return ColumnLine(tuple(self.line_places), base_turn(self.frame, self.line) is True, linear)
+
+    def values_of_line(self, values: Mapping[str, np.ndarray]) -> np.ndarray:
+        """Return the values of the column line, shape [value, structure].
+
+        They are bending stiffnesses [N m/rad] and inverse heights [1/m] of the storeys, the stiffness of the base, and
+        the initial stiffnesses of the hinges.
+        """
+        count = len(values["mass"])
+        given = [np.atleast_2d(values.get(name, nominal)) for name, nominal in self._sections_by_name.items()]
+        sections = Sections(*(np.broadcast_to(each, (count, each.shape[1])) for each in given))
+        phi = shear_ratio(self.frame.geometry, sections)
+        bending = sections.modulus * sections.inertia / self.frame.geometry.length / (1 + phi)
+        own, other = (4 + phi) * bending, (2 - phi) * bending
+        rows = []
+        for column, _, _, beam, _ in self.line:
+            beam_end = own[:, beam] - other[:, beam] ** 2 / own[:, beam]
+            height = np.full(count, 1 / self.frame.geometry.length[column])
+            rows += [own[:, column], other[:, column], beam_end, height]
+        turn = base_turn(self.frame, self.line)
+        rows.append(np.full(count, 0.0 if turn is True else float(turn)))
+        of_hinges = np.broadcast_to(values["stiffness"], (count, len(self.springs)))[:, len(self.line) :]
+        return np.concatenate([np.stack(rows), of_hinges.T])
+
+    def linear_matrices(self, values: Mapping[str, np.ndarray]) -> np.ndarray:
+        """Return 0: the kernel finds the forces of members from the rotations."""
+        return np.zeros((1, self.dofs, self.dofs))
+
+    def dashpots(self, values: Mapping[str, np.ndarray], rayleigh: np.ndarray) -> np.ndarray:
+        """Return 0: damping acts on the velocities of floors."""
+        return np.zeros((len(values["mass"]), len(self.springs)))
+
+    def scatter_problem(self, name: str, *, is_common_factor: bool) -> str | None:
+        """Return why a parameter cannot be random."""
+        if name == "stiffness":
+            return "initial stiffnesses of hinges belong to the frame: scatter second_moment or yield_force instead"
+        return super().scatter_problem(name, is_common_factor=is_common_factor)
+
+    def description(self) -> dict[str, Any]:
+        """Return the structure as a dictionary, for its JSON."""
+        told = super().description()
+        for name in ("dofs", "reduction", "modes", "vertical", "members"):
+            del told[name]
+        by_name = {spring.name: spring for spring in self.springs}
+        rows = []
+        for (member, end), name in zip(self.hinges, self.hinge_names, strict=True):
+            spring = by_name[name]
+            rows.append({"member": member, "end": end, "law": spring.law.name, **spring.parameters})
+        return told | {"type": "HingedFishbone", "hinges": rows}
+
+    def __repr__(self) -> str:
+        return (
+            f"HingedFishbone({self.dofs} storeys, {len(self.hinges)} hinges, T = {self.fundamental_period:.4g} s, "
+            f"damping={self.damping!r})"
+        )
