@@ -104,12 +104,19 @@ def without_runs(folder: Path) -> dict[str, Call]:
         "Lognormal.from_mean": (wd.Lognormal.from_mean, {"mean": 1.0, "cov": 0.3}),
         "Normal": (wd.Normal, {"mean": 1.0, "standard_deviation": 0.2}),
         "Uniform": (wd.Uniform, {"low": 0.5, "high": 1.5}),
+        "FilteredIncrementalVelocity": (
+            wd.FilteredIncrementalVelocity,
+            {"period": 0.5, "alpha": 0.7, "beta": 0.85},
+        ),
+        "Truncated": (wd.Truncated, {"distribution": wd.Normal(1.0, 0.2), "low": 0.5, "high": 1.5}),
+        "Empirical": (wd.Empirical, {"values": [0.9, 1.0, 1.2]}),
         "RandomFactor": (
             wd.RandomFactor,
             {"distribution": wd.Normal(1.0, 0.2), "per": "storey", "storey_correlation": 0.5},
         ),
         "RandomValue": (wd.RandomValue, {"distribution": wd.Uniform(0.02, 0.05), "per": "building"}),
         "GivenValues": (wd.GivenValues, {"values": [3e5, 2e5]}),
+        "GivenFactors": (wd.GivenFactors, {"values": [1.1, 0.9]}),
         "Archetype": (wd.Archetype, {"building": building, "count": 3, "scatter": scatter, "correlation": {}}),
         "Portfolio": (wd.Portfolio, {"archetypes": {"a": wd.Archetype(building, 3)}}),
         "Scene": (

@@ -25,6 +25,11 @@ def with_runs(folder: Path) -> dict[str, Call]:
     )
     falling = wd.ShearBuilding(1e5, 4e7, 3.0, law=falling)
     cloud = wd.simulate(wd.Scene(building, wd.Cloud(ns["motions"]), ns["scatter"]), structures=4)
+    vector = {"run": run, "limits": {"slight": 0.005}, "motions": ns["motions"]}
+    vector |= {"measures": (wd.SpectralAcceleration(0.05), wd.SpectralAcceleration(1.4))}
+    twice = wd.EventSequence({"mainshock": ns["stripes"], "aftershock": ns["stripes"]})
+    shocks = wd.simulate(wd.Scene(building, twice, ns["scatter"], recorders=("drift",)), structures=8)
+    damaged = wd.state_dependent_fragility(shocks, {"slight": 0.004, "complete": 0.015})
     found = wd.capacities(scene, LIMITS, structures=2, keep_curves=True)
     losses, both = wd.vulnerability(curves, RATIOS), run.merge(curves, combine_attrs="no_conflicts")
     shares = wd.damage_shares(wd.simulate(ns["region"]), ns["stock"].limits)
@@ -72,6 +77,43 @@ def with_runs(folder: Path) -> dict[str, Call]:
             {"run": cloud.isel(sample=cloud["structure"].values == 0), "limits": limits}
             | {"demand": "peak_storey_drift_ratio", "confidence": 0.9},
         ),
+        "state_dependent_fragility": (
+            wd.state_dependent_fragility,
+            {
+                "run": shocks,
+                "limits": {"slight": 0.004, "complete": 0.015},
+                "event": "aftershock",
+                "replicates": 20,
+                "confidence": 0.9,
+                "seed": 1,
+            },
+        ),
+        "damage_in_time": (
+            wd.damage_in_time,
+            {"curves": damaged, "hazard": hazard, "years": [50.0], "confidence": 0.9},
+        ),
+        "compare_measures": (
+            wd.compare_measures,
+            {"run": cloud, "motions": ns["motions"], "measures": [wd.PeakGroundAcceleration()], "covariates": None}
+            | {"confidence": 0.9},
+        ),
+        "fragility_surface": (wd.fragility_surface, vector | {"confidence": 0.9}),
+        "convert_curves": (
+            wd.convert_curves,
+            {
+                "curves": curves,
+                "motions": ns["motions"],
+                "measure": wd.PeakGroundAcceleration(),
+                "to": vector["measures"][0],
+            }
+            | {"confidence": 0.9, "seed": 1},
+        ),
+        "sobol_indices": (
+            wd.sobol_indices,
+            {"scene": scene, "base_structures": 4, "confidence": 0.9, "seed": 1, "limits": None},
+        ),
+        "tornado": (wd.tornado, {"scene": scene, "quantiles": (0.1, 0.9), "confidence": 0.9, "limits": None}),
+        "correlation_ratios": (wd.correlation_ratios, {"run": wd.simulate(scene, structures=32), "confidence": 0.9}),
         "storey_hysteresis": (wd.storey_hysteresis, {"building": building, "drift": [0.0, 0.01, -0.01]}),
         "response_spectra": (
             wd.response_spectra,
@@ -169,5 +211,8 @@ def with_runs(folder: Path) -> dict[str, Call]:
         "plots.hysteresis": (wd.plots.hysteresis, {"dataset": kept, "history": 1}),
         "plots.hazard_and_rates": (wd.plots.hazard_and_rates, {"curves": curves, "hazard": hazard}),
         "plots.ida_curves": (wd.plots.ida_curves, {"dataset": both, "colour": "#0072B2", "scale": "linear"}),
+        "plots.sensitivity": (wd.plots.sensitivity, {"dataset": wd.tornado(scene).isel(stripe=0)}),
+        "plots.state_dependent_fragility": (wd.plots.state_dependent_fragility, {"dataset": damaged}),
+        "plots.fragility_surface": (wd.plots.fragility_surface, {"dataset": wd.fragility_surface(**vector)}),
         "plots.vulnerability": (wd.plots.vulnerability, {"dataset": losses, "scale": "log"}),
     }

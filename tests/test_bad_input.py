@@ -320,11 +320,11 @@ WRONG_TYPES = {
     "motion": (lambda: wd.Cloud([WAVE, 3.0]), "motions[1] is a float", "GroundMotion"),
     "scatter": (
         lambda: scene(scatter={"mass": "much"}),
-        "scatter['mass'] must be a RandomFactor",
+        "scatter['mass'] must be RandomFactor",
         "one value per structure as GivenValues",
         "much",
     ),
-    "distribution": (lambda: wd.RandomFactor(0.1), "distribution must be Normal, Lognormal or Uniform, got 0.1"),
+    "distribution": (lambda: wd.RandomFactor(0.1), "distribution must be Normal, Lognormal, Uniform", "got 0.1"),
 }
 LIMITS = {"slight": 0.01}
 NO_BUILDING = {

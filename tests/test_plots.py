@@ -28,6 +28,28 @@ FITTED = curves({"slight": (0.2, 0.4), "moderate": (0.5, 0.45)})
 RATIOS = {"slight": (0.05, 0.6), "moderate": 0.4}
 SPECTRA = wd.response_spectra([PULSE, WEAK], [0.1, 0.5, 1.0], [0.02, 0.05], device="cpu")
 
+
+def shares_of_variance() -> xr.Dataset:
+    shares = {f"correlation_ratio{end}": ("input", [0.3, 0.6]) for end in ("", "_lower", "_upper")}
+    return xr.Dataset(shares, {"input": ["mass", "stiffness (storey 2)"]})
+
+
+def made_surface() -> xr.Dataset:
+    axes = {"first_intensity": [0.1, 0.2, 0.4], "second_intensity": [0.1, 0.3]}
+    values = [[[0.05, 0.1], [0.3, 0.6], [0.8, 0.95]]]
+    return xr.Dataset({"probability": (("damage_state", *axes), values)}, {"damage_state": ["slight"], **axes})
+
+
+def damaged_curves() -> xr.Dataset:
+    dims, nan = ("from_state", "damage_state"), np.nan
+    values = {
+        "fragility_median": (dims, [[0.2, 0.5], [nan, 0.3]]),
+        "fragility_dispersion": (dims, np.full((2, 2), 0.4)),
+    }
+    values["exceedance_fraction"] = (*dims, "stripe"), [[[0.1, 0.8], [0.0, 0.4]], [[nan, nan], [0.1, 0.6]]]
+    return xr.Dataset(values, {"from_state": ["none", "a"], "damage_state": ["a", "b"], "stripe": [0.1, 0.4]})
+
+
 # Every plot, with how many axes it takes.
 PLOTS = {
     "building": (lambda **how: plots.building(wd.ShearBuilding.from_hazus("C1L", "high", 2), **how), 1),
@@ -40,6 +62,7 @@ PLOTS = {
     "drift_over_height": (lambda **how: plots.drift_over_height(MERGED, **how), 1),
     "fragility_comparison": (lambda **how: plots.fragility_comparison({"a": CURVES, "b": MERGED}, **how), 2),
     "fragility_curves": (lambda **how: plots.fragility_curves(MERGED, **how), 1),
+    "fragility_surface": (lambda **how: plots.fragility_surface(made_surface(), **how), 1),
     "frame": (lambda **how: plots.frame(portal(), **how), 1),
     "ground_motions": (lambda **how: plots.ground_motions([PULSE, WEAK], **how), 3),
     "hazard_and_rates": (lambda **how: plots.hazard_and_rates(FITTED, SITE, **how), 2),
@@ -54,7 +77,9 @@ PLOTS = {
         2,
     ),
     "residual_drifts": (lambda **how: plots.residual_drifts(RUN, **how), 1),
+    "sensitivity": (lambda **how: plots.sensitivity(shares_of_variance(), **how), 1),
     "spectra": (lambda **how: plots.spectra(SPECTRA, **how), 2),
+    "state_dependent_fragility": (lambda **how: plots.state_dependent_fragility(damaged_curves(), **how), 2),
     "vulnerability": (lambda **how: plots.vulnerability(wd.vulnerability(FITTED, RATIOS), **how), 1),
 }
 

@@ -5,11 +5,13 @@ from .answers.fragility.building_results import building_results as building_res
 from .answers.fragility.capacity_curves import fragility_from_capacities as fragility_from_capacities
 from .answers.fragility.cloud_curves import fragility_of_cloud as fragility_of_cloud
 from .answers.fragility.damage_shares import damage_shares as damage_shares
+from .answers.fragility.damaged.state_dependent import state_dependent_fragility as state_dependent_fragility
 from .answers.fragility.fragility_curves import fragility as fragility
 from .answers.fragility.posterior import fragility_posterior as fragility_posterior
 from .answers.fragility.sample_size.level_choice import levels_for as levels_for
 from .answers.fragility.sample_size.target_precision import fragility_to as fragility_to
 from .answers.risk.annual_rates import annual_rates as annual_rates
+from .answers.risk.buildings.annual_losses import building_annual_losses as building_annual_losses
 from .answers.risk.collapse_margin import (
     collapse_margin as collapse_margin,
     spectral_shape_factor as spectral_shape_factor,
@@ -19,14 +21,21 @@ from .answers.risk.event_losses import event_losses as event_losses
 from .answers.risk.exceedance_probability import exceedance_probability as exceedance_probability
 from .answers.risk.hazard_curves import HazardCurve as HazardCurve, HazardLogicTree as HazardLogicTree
 from .answers.risk.losses import annual_losses as annual_losses, expected_annual_loss as expected_annual_loss
+from .answers.risk.measures.comparison import compare_measures as compare_measures
+from .answers.risk.measures.conversion import convert_curves as convert_curves
+from .answers.risk.measures.surface import fragility_surface as fragility_surface
 from .answers.risk.period_based_ductility import period_based_ductility as period_based_ductility
 from .answers.risk.portfolio_losses import portfolio_losses as portfolio_losses
+from .answers.risk.repeated.damage_in_time import damage_in_time as damage_in_time
 from .answers.risk.risk_targets import (
     check_risk_target as check_risk_target,
     risk_targeted_intensity as risk_targeted_intensity,
 )
 from .answers.risk.storey_losses import storey_losses as storey_losses
 from .answers.risk.vulnerability import hazus_loss_ratios as hazus_loss_ratios, vulnerability as vulnerability
+from .answers.sensitivity.correlation_ratios import correlation_ratios as correlation_ratios
+from .answers.sensitivity.sobol import sobol_indices as sobol_indices
+from .answers.sensitivity.tornado import tornado as tornado
 from .campaigns.accuracy.method_choice import MethodChoice as MethodChoice
 from .campaigns.accuracy.pilot import plan as plan
 from .campaigns.incremental.capacities import capacities as capacities
@@ -91,6 +100,7 @@ from .model.ground_motions.forces import (
     HarmonicForce as HarmonicForce,
     unbalance_force as unbalance_force,
 )
+from .model.ground_motions.measures.filtered_velocity import FilteredIncrementalVelocity as FilteredIncrementalVelocity
 from .model.ground_motions.measures.one_component import (
     AriasIntensity as AriasIntensity,
     AverageSpectralAcceleration as AverageSpectralAcceleration,
@@ -112,9 +122,15 @@ from .model.ground_motions.motions_at_sites import MotionsAtSites as MotionsAtSi
 from .model.ground_motions.pairs_of_motions import PairOfMotions as PairOfMotions
 from .model.ground_motions.response_spectra import response_spectra as response_spectra
 from .model.ground_motions.roads.profiles import RandomRoad as RandomRoad, RoadBump as RoadBump, SineRoad as SineRoad
-from .model.scene.distributions import Lognormal as Lognormal, Normal as Normal, Uniform as Uniform
+from .model.scene.distributions.closed_form import Lognormal as Lognormal, Normal as Normal, Uniform as Uniform
+from .model.scene.distributions.numerical import Empirical as Empirical, Truncated as Truncated
 from .model.scene.portfolio import Archetype as Archetype, Portfolio as Portfolio
-from .model.scene.scatter import GivenValues as GivenValues, RandomFactor as RandomFactor, RandomValue as RandomValue
+from .model.scene.scatter import (
+    GivenFactors as GivenFactors,
+    GivenValues as GivenValues,
+    RandomFactor as RandomFactor,
+    RandomValue as RandomValue,
+)
 from .model.scene.scene import Scene as Scene
 from .model.structures.builders.attachments import (
     with_absorber as with_absorber,

@@ -82,7 +82,7 @@ def building_results(
     as_read = "as the readers of wd.inventories return it"
     check_kind(_FUNCTION, "an inventory", inventory, pd.DataFrame, as_read, argument="inventory")
     name = counts_over(_FUNCTION, counted, ("building",))
-    _check_run(counted, stock)
+    check_run_of_stock(_FUNCTION, counted, stock)
     stock.check(inventory)
     states = [str(state) for state in counted["damage_state"].values]
     counts = counted[name].transpose("building", "damage_state").values
@@ -198,11 +198,17 @@ def damage_states(results: pd.DataFrame) -> list[str]:
     return [state for state in states if STANDARD_ERROR + state in results]
 
 
-def _check_run(counted: xr.Dataset, stock: BuildingStock) -> None:
-    """Raise a ValueError unless the counts belong to the portfolio of the stock and to one level of intensity."""
+def check_run_of_stock(function: str, counted: xr.Dataset, stock: BuildingStock) -> None:
+    """Raise a ValueError unless the counts belong to the portfolio of the stock and to one level of intensity.
+
+    Args:
+        function: Name of the public function, for messages.
+        counted: The counts.
+        stock: The stock.
+    """
     if counted.sizes["building"] != stock.portfolio.buildings:
         raise ValueError(
-            f"{_FUNCTION}: the run has {counted.sizes['building']:,} buildings and the stock "
+            f"{function}: the run has {counted.sizes['building']:,} buildings and the stock "
             f"{stock.portfolio.buildings:,}: pass the stock whose portfolio was run"
         )
     run = archetype_counts(counted)
@@ -214,10 +220,10 @@ def _check_run(counted: xr.Dataset, stock: BuildingStock) -> None:
             if other
             else f"the archetypes {', '.join(run)} and the stock {', '.join(own)}"
         )
-        raise ValueError(f"{_FUNCTION}: the run has {found}: pass the stock whose portfolio was run")
+        raise ValueError(f"{function}: the run has {found}: pass the stock whose portfolio was run")
     excitation = part_of_scene(counted, "excitation", '{"type":"Stripes"')
     if excitation is not None and len(excitation["levels"]) > 1 and "stripe" not in counted.coords:
         raise ValueError(
-            f"{_FUNCTION}: the counts mix {len(excitation['levels'])} levels of intensity: use DamageCounts(..., "
+            f"{function}: the counts mix {len(excitation['levels'])} levels of intensity: use DamageCounts(..., "
             "over=('building', 'stripe')) and give one level, counted.sel(stripe=...)"
         )

@@ -143,17 +143,22 @@ def annual_losses(
     )
 
 
-def checked_periods(return_periods: ArrayLike) -> np.ndarray:
-    """Return return periods [year] as an array after a check; warn if they seem to be rates."""
-    periods = np.atleast_1d(finite_numbers("return_periods", return_periods))
+def checked_periods(return_periods: ArrayLike, name: str = "return_periods") -> np.ndarray:
+    """Return return periods [year] as an array after a check; warn if they seem to be rates.
+
+    Args:
+        return_periods: The periods, as the user gave them.
+        name: Name of the argument, for messages.
+    """
+    periods = np.atleast_1d(finite_numbers(name, return_periods))
     if periods.ndim != 1 or not periods.size or np.any(periods <= 0):
         raise ValueError(
-            f"return_periods must be a row of years above 0, such as [100, 475, 2475], got {shortened(return_periods)}"
+            f"{name} must be a row of years above 0, such as [100, 475, 2475], got {shortened(return_periods)}"
         )
     findings = PlausibilityFindings()
     shortest = float(periods.min())
     meant = f" (as a rate, of {1 / shortest:.4g} years)" if shortest < 1 else ""
-    findings.add("return_period", periods, f" in return_periods{meant}")
+    findings.add("return_period", periods, f" in {name}{meant}")
     findings.warn()
     return periods
 

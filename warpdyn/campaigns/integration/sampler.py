@@ -163,13 +163,14 @@ class Sampler:
             axes = ("structure", self.structure.dim_of(name))
             parameter = self.structure.parameter_table[name]
             taken = storeys_with(nominal[name])
-            is_given = isinstance(self.scatter[name], GivenValues)
+            spread = self.scatter[name]
+            is_given = isinstance(spread, GivenValues)
             what = f"the given {name}" if is_given else f"the drawn {name}"
             problem = parameter.first_violation(
                 what, values, axes[: values.ndim], structures, taken, self.structure.names_along(axes[1])
             )
             if problem:
-                raise ValueError(f"{problem}; {'correct its GivenValues' if is_given else REMEDY}")
+                raise ValueError(f"{problem}; {f'correct its {type(spread).__name__}' if is_given else REMEDY}")
         if not is_all:
             return
         everything = {**self.structure.parameters, **drawn}

@@ -21,6 +21,7 @@ from warpdyn.engine.kernels.preparing.samples import Design, sort_samples
 from warpdyn.engine.kernels.preparing.structures import LEAST_STABLE_STEP, LONGEST_PERIOD
 from warpdyn.engine.kernels.queues import Queue
 from warpdyn.engine.tracing.arrays import NotTraceableError
+from warpdyn.foundations.core.messages import LOGGER
 from warpdyn.model.ground_motions.excitation import Assignment
 
 # Recording the NumPy computation as a kernel takes 10 to 20 ms. In this time the host prepares 2^14 structures, or 2^18
@@ -285,7 +286,8 @@ def preparation_of(run: Run) -> Preparation | None:
         return None
     try:
         return Preparation(run)
-    except NotTraceableError:
+    except NotTraceableError as reason:
+        LOGGER.info("the host prepares the structures and samples of this run, because %s", reason)
         return None
 
 

@@ -4,6 +4,9 @@ Each function returns a new figure. If axes are given as `ax`, it draws into the
 shows the figure if the call is the last line of a cell.
 """
 
+from warpdyn.interfaces.plots.analyses.sensitivity import sensitivity
+from warpdyn.interfaces.plots.analyses.state_dependent import state_dependent_fragility
+from warpdyn.interfaces.plots.analyses.surface import fragility_surface
 from warpdyn.interfaces.plots.animation.sway import animate
 from warpdyn.interfaces.plots.buildings import building, pushover_curve
 from warpdyn.interfaces.plots.clouds import cloud_regression
@@ -33,6 +36,7 @@ __all__ = [
     "drift_over_height",
     "fragility_comparison",
     "fragility_curves",
+    "fragility_surface",
     "frame",
     "ground_motions",
     "hazard_and_rates",
@@ -42,6 +46,8 @@ __all__ = [
     "loss_exceedance",
     "pushover_curve",
     "residual_drifts",
+    "sensitivity",
     "spectra",
+    "state_dependent_fragility",
     "vulnerability",
 ]

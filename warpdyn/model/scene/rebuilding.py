@@ -15,11 +15,12 @@ from warpdyn.foundations.core.description import NAMED_BY_SHAPE
 from warpdyn.foundations.core.near_misses import did_you_mean
 from warpdyn.model.ground_motions import designs, event_sequences, filtered_noise
 from warpdyn.model.ground_motions.forces import ForceHistory, FreeVibration, HarmonicForce
-from warpdyn.model.ground_motions.measures import one_component, pairs
+from warpdyn.model.ground_motions.measures import filtered_velocity, one_component, pairs
 from warpdyn.model.ground_motions.motions import GroundMotion, checked_motions
 from warpdyn.model.ground_motions.motions_at_sites import MotionsAtSites
 from warpdyn.model.ground_motions.pairs_of_motions import PairOfMotions
-from warpdyn.model.scene import distributions, scatter
+from warpdyn.model.scene import scatter
+from warpdyn.model.scene.distributions import closed_form, numerical
 from warpdyn.model.scene.portfolio import Archetype, Portfolio
 from warpdyn.model.structures.builders.torsional_building import TorsionalBuilding
 from warpdyn.model.structures.frames.frame import Frame
@@ -42,8 +43,10 @@ OWN: dict[str, Any] = {  # name -> class of warpdyn that the JSON may contain
         *(one_component.CumulativeAbsoluteVelocity, one_component.SignificantDuration),
         *(one_component.SpectralAcceleration, one_component.AverageSpectralAcceleration),
         *(pairs.GeometricMean, pairs.LargerComponent, pairs.RotatedSpectralAcceleration),
-        *(scatter.RandomFactor, scatter.RandomValue, scatter.GivenValues),
-        *(distributions.Normal, distributions.Lognormal, distributions.Uniform),
+        filtered_velocity.FilteredIncrementalVelocity,
+        *(scatter.RandomFactor, scatter.RandomValue, scatter.GivenValues, scatter.GivenFactors),
+        *(closed_form.Normal, closed_form.Lognormal, closed_form.Uniform),
+        *(numerical.ScipyDistribution, numerical.Truncated, numerical.Empirical),
     )
 }
 SCENE_KEYS = (

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
+from abc import abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -12,46 +12,13 @@ import numpy as np
 from warpdyn.foundations.core.checks import finite_numbers, one_of, real_number, real_numbers, shortened, whole_number
 from warpdyn.foundations.core.frozen_values import FrozenArrays
 from warpdyn.foundations.core.near_misses import did_you_mean, with_suggestions
-from warpdyn.model.scene.distributions import Distribution
-from warpdyn.model.structures.shear_building import ShearBuilding
+from warpdyn.model.scene.distributions.distribution import Distribution
+from warpdyn.model.scene.distributions.numerical import as_distribution
+from warpdyn.model.scene.parameter_scatter import ParameterScatter, also_of_added_storeys
 from warpdyn.model.structures.structure import Structure
 
 # A draw applies to all storeys (springs, degrees of freedom, members) of a structure, or to one of them.
 PER = ("building", "storey", "spring", "dof", "member")
-MOST_NAMED = 4  # added storeys, springs or degrees of freedom that a message names
-
-
-class ParameterScatter(ABC):
-    """Base class: how the value of one parameter differs between structures."""
-
-    def variables(self, storeys: int) -> int:
-        """Return the number of random variables that this scatter draws for a structure with `storeys` storeys."""
-        return 0
-
-    def varied(self, name: str, structure: Structure) -> np.ndarray | None:
-        """Return which values of a parameter are drawn, shape [place]; the others are nominal. None: all are drawn."""
-        return None
-
-    def rows(self, count: int) -> np.ndarray | slice:
-        """Return the indices of `count` random structures; for GivenValues, a slice of all given structures."""
-        return np.arange(count)
-
-    @abstractmethod
-    def problem(self, name: str, structure: Structure) -> str | None:
-        """Return a message if the scatter does not fit the parameter `name` of the structure; None if it fits."""
-
-    @abstractmethod
-    def draw(self, nominal: np.ndarray, normals: np.ndarray, structures: np.ndarray | slice) -> np.ndarray:
-        """Return the values of the parameter in each structure.
-
-        Args:
-            nominal: Nominal value, shape [storey] or [].
-            normals: Standard normal values of the parameter's random variables, shape [variable, structure].
-            structures: Indices of the structures.
-
-        Returns:
-            Values of shape [storey, structure] or [structure].
-        """
 
 
 @dataclass(frozen=True)
@@ -64,8 +31,7 @@ class RandomScatter(ParameterScatter):
     only: str | Sequence[str] | Sequence[int] | None = None
 
     def __post_init__(self) -> None:
-        if not isinstance(self.distribution, Distribution):
-            raise TypeError(f"distribution must be Normal, Lognormal or Uniform, got {self.distribution!r}")
+        object.__setattr__(self, "distribution", as_distribution(self.distribution))
         one_of("per", self.per, PER)
         if real_number("storey_correlation", self.storey_correlation, least=0) > 1:
             raise ValueError(f"storey_correlation must be at most 1, got {self.storey_correlation}")
@@ -127,33 +93,14 @@ def _places(only: object) -> tuple[str, ...] | tuple[int, ...]:
     )
 
 
-def also_of_added_storeys(name: str, structure: Structure) -> str | None:
-    """Return the start of a message if one value would replace those of the building and of isolators or equipment.
-
-    None: the structure has no added storeys, springs or degrees of freedom, or only one of both kinds has the
-    parameter.
-    """
-    if not structure.is_by_storey(name):
-        return None
-    is_chain = isinstance(structure, ShearBuilding)
-    own = structure.own_storeys if isinstance(structure, ShearBuilding) else structure.varied(name, None)
-    has = ~np.isnan(structure.nominal_values[name])
-    if own is None or not (has[own].any() and has[~own].any()):
-        return None
-    names = structure.names_along(structure.dim_of(name)) or range(1, own.size + 1)
-    added = ", ".join(str(names[place]) for place in np.flatnonzero(~own)[:MOST_NAMED])
-    places = f"the building's storeys and those of storey {added}" if is_chain else f"the building and those of {added}"
-    kinds = "isolators or tuned mass damper" if is_chain else "soil, equipment or absorbers"
-    return f"scatter[{name!r}]: one value would replace the values of {places} ({kinds})"
-
-
 @with_suggestions
 @dataclass(frozen=True)
 class RandomFactor(RandomScatter):
     """A random factor that multiplies the nominal value of a parameter.
 
     Args:
-        distribution: Distribution of the factor [1]: Normal, Lognormal or Uniform.
+        distribution: Distribution of the factor [1]: Normal, Lognormal, Uniform, Truncated, Empirical, or a frozen
+            continuous distribution of scipy.stats.
         per: "building" (one draw for all storeys, springs or degrees of freedom), "storey" (one draw per storey) or,
             of a LumpedStructure, "spring" or "dof", or of a reduced Frame "member".
         storey_correlation: Correlation between the draws of two storeys [1], 0 to 1; needs `per="storey"`.
@@ -185,7 +132,8 @@ class RandomValue(RandomScatter):
     """A random value that replaces the nominal value of a parameter.
 
     Args:
-        distribution: Distribution of the value, in the parameter's units: Normal, Lognormal or Uniform.
+        distribution: Distribution of the value, in the parameter's units: Normal, Lognormal, Uniform, Truncated,
+            Empirical, or a frozen continuous distribution of scipy.stats.
         per: "building" (one draw for all storeys, springs or degrees of freedom), "storey" (one draw per storey) or,
             of a LumpedStructure, "spring" or "dof", or of a reduced Frame "member".
         storey_correlation: Correlation between the draws of two storeys [1], 0 to 1; needs `per="storey"`.
@@ -242,13 +190,12 @@ class GivenValues(FrozenArrays, ParameterScatter):
     values: Any  # an array after the constructor has checked the argument
 
     def __post_init__(self) -> None:
-        values = real_numbers("GivenValues.values", self.values)
+        kind = type(self).__name__
+        values = real_numbers(f"{kind}.values", self.values)
         if values.ndim not in (1, 2) or not values.size:
-            raise ValueError(
-                f"GivenValues.values must have shape [structure] or [structure, storey], got {values.shape}"
-            )
+            raise ValueError(f"{kind}.values must have shape [structure] or [structure, storey], got {values.shape}")
         left_out = np.isnan(values).all(axis=0) & (values.ndim == 2)
-        finite_numbers("GivenValues.values", np.where(left_out, 0.0, values))
+        finite_numbers(f"{kind}.values", np.where(left_out, 0.0, values))
         values.flags.writeable = False
         object.__setattr__(self, "values", values)
 
@@ -258,13 +205,23 @@ class GivenValues(FrozenArrays, ParameterScatter):
 
     def problem(self, name: str, structure: Structure) -> str | None:
         """Return a message if the values do not fit the parameter `name` of the structure; None if they fit."""
+        if problem := self.shape_problem(name, structure):
+            return problem
+        if self.values.ndim == 1 and (also := also_of_added_storeys(name, structure)):
+            shape = f"[structure, {structure.length_of(name)}], one value per {structure.dim_of(name)}"
+            return f"{also}: give GivenValues of shape {shape}"
+        return self.missing_problem(name, structure)
+
+    def shape_problem(self, name: str, structure: Structure) -> str | None:
+        """Return a message if the shape of the values is not that of the parameter `name`; None if it fits."""
         by_storey = structure.is_by_storey(name)
         if self.values.ndim == 2 and (not by_storey or self.values.shape[1] != structure.length_of(name)):
             wanted = f"[structure, {structure.length_of(name)}] or [structure]" if by_storey else "[structure]"
             return f"scatter[{name!r}] lists values of shape {self.values.shape}; it must be {wanted}"
-        if self.values.ndim == 1 and (also := also_of_added_storeys(name, structure)):
-            shape = f"[structure, {structure.length_of(name)}], one value per {structure.dim_of(name)}"
-            return f"{also}: give GivenValues of shape {shape}"
+        return None
+
+    def missing_problem(self, name: str, structure: Structure) -> str | None:
+        """Return a message if a storey whose law has the parameter `name` lacks a value; None if all have one."""
         missing = np.isnan(self.values).any(axis=0) & ~np.isnan(structure.nominal_values[name])
         for storey in np.flatnonzero(missing):
             return f"scatter[{name!r}] lists nan at storey {storey + 1}, whose law needs {name}"
@@ -279,11 +236,40 @@ class GivenValues(FrozenArrays, ParameterScatter):
         return np.broadcast_to(values.T, (*nominal.shape, len(values)))
 
 
+@with_suggestions
+class GivenFactors(GivenValues):
+    """Given factors on the nominal value of a parameter, one per structure, such as factors on a stiffness profile.
+
+    Args:
+        values: Factors [1], shape [structure] (one factor for all storeys, springs or degrees of freedom of a
+            structure, which keep their profile) or, if the parameter has one value per storey, [structure, storey].
+
+    Raises:
+        ValueError: If a factor is not finite or the shape is wrong.
+
+    Example:
+        >>> factors = wd.GivenFactors([0.8, 1.0, 1.2])  # on the stiffnesses of both storeys of three structures
+        >>> wd.Scene(building, stripes, {"stiffness": factors}).structures_given
+        3
+    """
+
+    def __repr__(self) -> str:
+        return f"GivenFactors(of {len(self.values)} structures)"
+
+    def problem(self, name: str, structure: Structure) -> str | None:
+        """Return a message if the factors do not fit the parameter `name` of the structure; None if they fit."""
+        return self.shape_problem(name, structure) or self.missing_problem(name, structure)
+
+    def placed(self, values: Any, nominal: np.ndarray) -> Any:
+        """Return nominal values times factors [structure, ...], shape [storey, structure] or [structure]."""
+        return nominal[..., None] * values.T
+
+
 class DrawnValues(GivenValues):
     """Values that were drawn for the buildings of a portfolio, also of parameters that users cannot give singly."""
 
 
-Scatter = Mapping[str, RandomFactor | RandomValue | GivenValues]
+Scatter = Mapping[str, RandomFactor | RandomValue | GivenValues | GivenFactors]
 SAMPLING = ("monte_carlo", "latin_hypercube", "sobol")
 
 
@@ -306,8 +292,8 @@ def check_scatter(structure: Structure, scatter: Scatter) -> None:
             raise ValueError(f"scatter names unknown parameter {name!r}{hint}; parameters of {structure!r}: {allowed}")
         if not isinstance(spread, ParameterScatter):
             raise TypeError(
-                f"scatter[{name!r}] must be a RandomFactor, a RandomValue or GivenValues, got {spread!r}: give one "
-                f"value for all structures as {name}= of the structure, one value per structure as "
+                f"scatter[{name!r}] must be RandomFactor, RandomValue, GivenValues or GivenFactors, got {spread!r}: "
+                f"give one value for all structures as {name}= of the structure, one value per structure as "
                 f"GivenValues([...]), and a dispersion as RandomFactor(Lognormal(1.0, dispersion))"
             )
         is_of_one = isinstance(spread, RandomFactor) and spread.per == "building" and spread.only is None

@@ -1,19 +1,20 @@
-"""Probability distributions of one variable; values are computed from a standard normal variable."""
+"""Normal, lognormal and uniform distributions, whose values are formulas that kernels can compute."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.special import ndtr
+from scipy.special import ndtr, ndtri
 
 from warpdyn.foundations.core.checks import real_number
 from warpdyn.foundations.core.near_misses import with_suggestions
+from warpdyn.model.scene.distributions.distribution import Distribution
 
 
 @with_suggestions
 @dataclass(frozen=True)
-class Normal:
+class Normal(Distribution):
     """A normal distribution.
 
     Args:
@@ -40,10 +41,15 @@ class Normal:
         """Return the values with the same cumulative probabilities as standard normal values z, in the shape of z."""
         return self.mean + self.standard_deviation * z
 
+    def to_standard_normal(self, value: float) -> float:
+        """Return the standard normal value with the same cumulative probability as a value [units of the variable]."""
+        with np.errstate(divide="ignore", invalid="ignore"):
+            return float(np.divide(value - self.mean, self.standard_deviation))
+
 
 @with_suggestions
 @dataclass(frozen=True)
-class Lognormal:
+class Lognormal(Distribution):
     """A lognormal distribution, given by its median and dispersion.
 
     Args:
@@ -88,10 +94,17 @@ class Lognormal:
         """Return the values with the same cumulative probabilities as standard normal values z, in the shape of z."""
         return self.median * np.exp(self.dispersion * z)
 
+    def to_standard_normal(self, value: float) -> float:
+        """Return the standard normal value with the same cumulative probability as a value [units of the variable]."""
+        if not value > 0:
+            return -np.inf
+        with np.errstate(divide="ignore", invalid="ignore"):
+            return float(np.divide(np.log(value / self.median), self.dispersion))
+
 
 @with_suggestions
 @dataclass(frozen=True)
-class Uniform:
+class Uniform(Distribution):
     """A uniform distribution between two bounds.
 
     Args:
@@ -119,5 +132,6 @@ class Uniform:
         """Return the values with the same cumulative probabilities as standard normal values z, in the shape of z."""
         return self.low + (self.high - self.low) * ndtr(z)
 
-
-Distribution = Normal | Lognormal | Uniform
+    def to_standard_normal(self, value: float) -> float:
+        """Return the standard normal value with the same cumulative probability as a value [units of the variable]."""
+        return float(ndtri(np.clip((value - self.low) / (self.high - self.low), 0.0, 1.0)))

@@ -1,0 +1,211 @@
+"""State-dependent fragility and damage in time agree with an independent reference, closed forms and a simulation.
+
+The reference (counts of exceedances of 40,000 sequences, and curves) was computed by another program, for the same
+oscillator and the same 4,000 motions; each run here pairs them at random, so that fractions differ by sampling errors.
+"""
+
+import numpy as np
+import pytest
+import scipy.signal
+import xarray as xr
+from scipy.stats import norm
+
+import warpdyn as wd
+
+G, PERIOD, HEIGHT, STRUCTURES = 9.80665, 0.5, 3.0, 2000
+OMEGA = 2 * np.pi / PERIOD
+YIELD = 0.2 * G / OMEGA**2  # yield displacement [m]
+LEVELS = [0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.8, 1.0, 1.3, 1.7]  # g
+PGA = wd.PeakGroundAcceleration()
+# Reference: (state before, state reached): sequences, exceedances at the levels, median [g], dispersion.
+P_DELTA = {
+    (0, 1): (2708, [276, 2315, 2695, 2708, 2708, 2708, 2708, 2708, 2708, 2708], 0.145609, 0.292788),
+    (0, 2): (2708, [0, 434, 1706, 2453, 2650, 2700, 2706, 2708, 2708, 2708], 0.270558, 0.300563),
+    (0, 4): (2708, [0, 0, 95, 855, 1665, 2162, 2555, 2660, 2695, 2707], 0.473646, 0.311434),
+    (1, 2): (8069, [391, 3823, 6331, 7489, 7933, 8048, 8068, 8069, 8069, 8069], 0.207694, 0.432222),
+    (1, 3): (8069, [0, 524, 3365, 5719, 6924, 7480, 7938, 8032, 8066, 8069], 0.334011, 0.381991),
+    (2, 4): (5604, [0, 488, 3315, 4700, 5146, 5336, 5496, 5560, 5598, 5603], 0.295698, 0.389342),
+    (3, 4): (3874, [679, 3103, 3814, 3852, 3855, 3865, 3871, 3874, 3874, 3874], 0.143193, 0.400156),
+}
+BILINEAR = {
+    (0, 1): (3616, [107, 2692, 3580, 3616, 3616, 3616, 3616, 3616, 3616, 3616], 0.166687, 0.264654),
+    (0, 2): (3616, [0, 6, 468, 2079, 3190, 3538, 3616, 3616, 3616, 3616], 0.384255, 0.219928),
+    (0, 3): (3616, [0, 0, 0, 5, 146, 533, 2160, 3228, 3581, 3612], 0.756845, 0.229017),
+    (1, 2): (12657, [0, 59, 2012, 7516, 11216, 12417, 12657, 12657, 12657, 12657], 0.377444, 0.230438),
+}
+SHARES = {"p_delta": [0.0677, 0.201725, 0.1401, 0.09685], "bilinear": [0.0904, 0.316425, 0.298275]}
+
+
+def motions() -> list[wd.GroundMotion]:
+    noise = np.random.Generator(np.random.PCG64(7)).standard_normal((4000, 1501))
+    r, w = np.exp(-0.6 * 12.5 * 0.01), 12.5 * np.sqrt(1 - 0.6**2) * 0.01
+    x = scipy.signal.lfilter([1.0, -1.0], [1.0, -2 * r * np.cos(w), r * r], noise, axis=1)
+    t = 0.01 * np.arange(1501)
+    x = x * np.where(t < 2, (t / 2) ** 2, np.where(t < 7, 1.0, np.exp(-0.6 * (t - 7))))
+    x /= np.abs(x).max(axis=1, keepdims=True)
+    assert (x**2).sum() == pytest.approx(270556.278, abs=1e-3)
+    return [wd.GroundMotion(G * row, 0.01, f"noise {place}") for place, row in enumerate(x)]
+
+
+def sequences(hardening: float, p_delta: float) -> xr.Dataset:
+    mass = 1e5
+    load = {"gravity_load": [p_delta * mass * OMEGA**2 * HEIGHT]} if p_delta else {}
+    oscillator = wd.ShearBuilding(
+        [mass],
+        [mass * OMEGA**2],
+        HEIGHT,
+        law="bilinear",
+        yield_force=[0.2 * G * mass],
+        hardening_ratio=hardening,
+        damping="storey",
+        damping_coefficient=[2 * 0.05 * OMEGA * mass],
+        **load,
+    )
+    each, generator = motions(), np.random.default_rng(5)
+    first = wd.OneMotionPerStructure(
+        each[:2000],
+        motion=generator.integers(0, 2000, STRUCTURES),
+        scale=np.exp(generator.uniform(np.log(0.15), np.log(1.5), STRUCTURES)),
+        measure=PGA,
+    )
+    second = wd.Stripes(each[2000:3000], LEVELS, PGA, structures_per_motion=2)
+    scene = wd.Scene(oscillator, wd.EventSequence({"main": first, "after": second}), recorders=("drift",), tail=10.0)
+    return wd.simulate(scene, structures=STRUCTURES, seed=1, step=0.005, method="rk4")
+
+
+def limits_of(*ductilities: float) -> dict[str, float]:
+    return {f"DS{place}": each * YIELD / HEIGHT for place, each in enumerate(ductilities, 1)}
+
+
+CASES = {
+    "p_delta": (0.03, 0.08, limits_of(1.5, 3.0, 6.0, 12.0), P_DELTA),
+    "bilinear": (0.05, 0.0, limits_of(1.5, 3.0, 6.0), BILINEAR),
+}
+
+
+@pytest.mark.filterwarnings("ignore:.*unreliable")
+@pytest.mark.filterwarnings("ignore:state_dependent_fragility")  # some curves have separated stripes
+@pytest.mark.parametrize("case", CASES)
+def test_counts_and_curves_are_those_of_the_reference(case):
+    hardening, p_delta, limits, reference = CASES[case]
+    run = sequences(hardening, p_delta)
+    found = wd.state_dependent_fragility(run, limits)
+    shares = found["samples"].values / (STRUCTURES * len(LEVELS))
+    error = np.sqrt(np.array(SHARES[case]) / STRUCTURES)
+    assert (np.abs(shares - SHARES[case]) < 4 * error).all()
+    for (before, reached), (number, counts, median, dispersion) in reference.items():
+        curve = found.isel(from_state=before, damage_state=reached - 1)
+        exact = np.array(counts) / number
+        own = int(found["samples"][before]) / len(LEVELS)
+        # Both counts are samples, and two structures share a motion here.
+        slack = 4 * 1.2 * np.sqrt(exact * (1 - exact) * (1 / own + 1 / number)) + 2 / own
+        assert (np.abs(curve["exceedance_fraction"].values - exact) < slack).all(), (before, reached)
+        assert float(curve["fragility_median"]) == pytest.approx(median, rel=0.06)
+        assert float(curve["fragility_dispersion"]) == pytest.approx(dispersion, rel=0.15)
+        assert float(curve["fragility_median_lower"]) < median * 1.02
+        assert float(curve["fragility_median_upper"]) > median * 0.98
+    heaviest = found["fragility_median"].sel(damage_state=list(limits)[-1]).values
+    if case == "p_delta":
+        assert heaviest[-1] < 0.4 * heaviest[0]
+    else:
+        assert heaviest[1] == pytest.approx(heaviest[0], rel=0.05)
+    # Counts of the samples themselves, by NumPy.
+    drift = run["peak_storey_drift_ratio"].values[..., 0]
+    status, level = run["status"].values, run["im_level"].values[:, 1]
+    damage = (drift[..., None] > np.array(list(limits.values()), np.float32)).sum(axis=-1)
+    damage = np.where(status == 1, len(limits), damage)
+    for before in range(len(limits)):
+        begins = (damage[:, 0] == before) & np.isclose(level, 0.5)
+        ends = damage[begins].max(axis=1)
+        expected = [(ends == state).mean() for state in range(len(limits) + 1)]
+        share = found["transition_probability"].isel(from_state=before).sel(stripe=0.5).values
+        np.testing.assert_allclose(share, expected, atol=1e-12)
+
+
+def curves(medians: list, dispersions: list, states: list[str]) -> xr.Dataset:
+    dims = ("from_state", "damage_state")
+    values = {"fragility_median": (dims, medians, {"units": "g"}), "fragility_dispersion": (dims, dispersions)}
+    return xr.Dataset(values, {"from_state": ["none", *states[:-1]], "damage_state": states})
+
+
+LEVEL = np.geomspace(0.025, 20.0, 30)
+HAZARD = wd.HazardCurve(LEVEL, 4e-5 * LEVEL**-2.6)  # g, 1/year: lambda(x) = k0 x^-k
+NAN = np.nan
+
+
+def exact_rate(median: float, dispersion: float) -> float:
+    return 4e-5 * median**-2.6 * np.exp(2.6**2 * dispersion**2 / 2)
+
+
+@pytest.mark.fast
+def test_probabilities_of_two_damage_states_are_the_closed_form():
+    found = wd.damage_in_time(curves([[0.22, 0.85], [NAN, 0.5]], [[0.45, 0.45], [NAN, 0.5]], ["a", "b"]), HAZARD)
+    first, both, second = exact_rate(0.22, 0.45), exact_rate(0.85, 0.45), exact_rate(0.5, 0.5)
+    years = found["years"].values
+    np.testing.assert_allclose(found["transition_rate"], [[0, first - both, both], [0, 0, second]], rtol=2e-4)
+    from_none = found["probability"].sel(from_state="none").values
+    stays = np.exp(-first * years)
+    light = (first - both) / (first - second) * (np.exp(-second * years) - stays)
+    np.testing.assert_allclose(from_none, [stays, light, 1 - stays - light], rtol=1e-3)
+    time = [1 / first + (first - both) / first / second, 1 / second]
+    np.testing.assert_allclose(found["mean_time_to_heaviest"], time, rtol=2e-4)
+    assert np.isnan(found["probability_lower"]).all()
+
+
+@pytest.mark.fast
+def test_probabilities_after_years_are_those_of_simulated_events():
+    medians = np.array([[0.15, 0.3, 0.6], [NAN, 0.2, 0.5], [NAN, NAN, 0.25]])
+    dispersions = np.where(np.isnan(medians), NAN, 0.4)
+    found = wd.damage_in_time(curves(medians, dispersions, ["a", "b", "c"]), HAZARD, years=[100.0])
+    generator, lives = np.random.default_rng(2), 40_000
+    rate = 4e-5 * 0.04**-2.6  # of events above 0.04 g; weaker ones cause no damage
+    state = np.zeros(lives, int)
+    number = generator.poisson(rate * 100, lives)
+    for event in range(number.max()):
+        alive = number > event
+        level = 0.04 * generator.random(lives) ** (-1 / 2.6)
+        uniform = generator.random(lives)
+        with np.errstate(invalid="ignore"):
+            reached = norm.cdf(np.log(level[:, None] / medians[np.minimum(state, 2)]) / 0.4) > uniform[:, None]
+        new = np.where(reached, np.arange(1, 4), 0).max(axis=1)
+        state = np.where(alive & (state < 3), np.maximum(state, new), state)
+    share = np.bincount(state, minlength=4) / lives
+    exact = found["probability"].sel(from_state="none").values[:, 0]
+    assert (np.abs(share - exact) < 4 * np.sqrt(exact * (1 - exact) / lives) + 1e-4).all(), (share, exact)
+
+
+@pytest.mark.fast
+def test_intervals_follow_from_the_replicates():
+    given = curves([[0.22, 0.85], [NAN, 0.5]], [[0.45, 0.45], [NAN, 0.5]], ["a", "b"])
+    drawn = np.exp(np.random.default_rng(3).normal(0.0, 0.1, (2, 400, 2))) * given["fragility_median"].values[:, None]
+    dims = ("from_state", "replicate", "damage_state")
+    given["replicate_median"] = dims, drawn
+    given["replicate_dispersion"] = dims, np.broadcast_to(given["fragility_dispersion"].values[:, None], drawn.shape)
+    found = wd.damage_in_time(given, HAZARD, years=[50.0], confidence=0.9)
+    staying = np.exp(-50 * exact_rate(drawn[0, :, 0], 0.45))  # "a" is always more probable than "b"
+    low, high = np.quantile(staying, [0.05, 0.95], method="hazen")
+    own = found.sel(from_state="none", to_state="none", years=50.0)
+    assert float(own["probability_lower"]) == pytest.approx(low, rel=1e-3)
+    assert float(own["probability_upper"]) == pytest.approx(high, rel=1e-3)
+
+
+@pytest.mark.fast
+def test_runs_without_an_earlier_event_and_unordered_states_are_refused():
+    motion = wd.GroundMotion(np.sin(np.arange(0, 6, 0.02)), 0.02)
+    building = wd.ShearBuilding.from_hazus("W1", "high", 1)
+    alone = wd.simulate(wd.Scene(building, wd.Stripes([motion], [0.1, 0.2], PGA), recorders=("drift",)))
+    with pytest.raises(ValueError, match="the run has no earlier event"):
+        wd.state_dependent_fragility(alone, {"slight": 0.01})
+    both = wd.EventSequence({"main": wd.Cloud([motion]), "after": wd.Cloud([motion])})
+    run = wd.simulate(wd.Scene(building, both, recorders=("drift",)))
+    with pytest.raises(ValueError, match="event 'after' has no stripes"):
+        wd.state_dependent_fragility(run, {"slight": 0.01})
+    with pytest.raises(ValueError, match="name of an event of the run"):
+        wd.state_dependent_fragility(run, {"slight": 0.01}, event="main")
+    wrong = curves([[0.2, 0.5], [NAN, 0.4]], [[0.4, 0.4], [NAN, 0.4]], ["a", "b"])
+    with pytest.raises(ValueError, match="from_state must be the undamaged state"):
+        wd.damage_in_time(wrong.isel(from_state=[1, 0]), HAZARD)
+    with pytest.raises(ValueError, match="curves from state 'a'"):
+        wd.damage_in_time(wrong.where(wrong["from_state"] == "none"), HAZARD)
+    with pytest.raises(ValueError, match="years must be a row of years above 0"):
+        wd.damage_in_time(wrong, HAZARD, years=[0.0])

@@ -1,0 +1,1 @@
+"""Fragility of structures that earlier events of a sequence have damaged."""

@@ -1,0 +1,218 @@
+"""State-dependent fragility: curves of an event for each damage state that the earlier events have left."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from warpdyn.answers.fragility.curve_variables import variable
+from warpdyn.answers.fragility.demands import damage_of
+from warpdyn.answers.fragility.fragility_curves import fragility
+from warpdyn.answers.fragility.lognormal_fit import check_confidence
+from warpdyn.answers.fragility.stripe_counts import decoded_status
+from warpdyn.campaigns.reductions.limits import DRIFT, NO_DAMAGE, DamageLimits, Limit
+from warpdyn.campaigns.running.selections import select_event, without_added_places
+from warpdyn.foundations.core.checks import MOST_REPLICATES, check_dataset, one_of, whole_number
+from warpdyn.foundations.core.messages import collected_warnings, warn_of_all
+from warpdyn.foundations.core.near_misses import suggests_names
+from warpdyn.foundations.core.output_variables import OK, STRIPED
+from warpdyn.foundations.core.units import unit_attributes
+
+CURVES = ("fragility_median", "fragility_dispersion")
+FRACTION = "exceedance_fraction"
+REPLICATES = ("replicate_median", "replicate_dispersion")
+BOUNDS = ("", "_lower", "_upper")
+
+
+@suggests_names
+def state_dependent_fragility(
+    run: xr.Dataset,
+    limits: Mapping[str, Limit],
+    *,
+    demand: str = DRIFT,
+    event: str | None = None,
+    replicates: int = 1000,
+    confidence: float = 0.95,
+    seed: int = 0,
+) -> xr.Dataset:
+    """Return the fragility curves of one event of a sequence for each damage state after the earlier events.
+
+    The damage state of a structure is the heaviest state that it reached in any event so far. The samples of the event
+    are divided by the state in which the earlier events left their structure, from "none" to the second heaviest state,
+    and `fragility` is applied to each part, with the limits of the heavier states. At an intensity, the curves of one
+    part are a row of the damage-state transition matrix: the probability of moving from this state to a heavier one is
+    the difference of two curves.
+
+    A structure without P-Delta and without deterioration depends little on its state: in the verification the medians
+    of a bilinear oscillator differ by 2 %.
+
+    Source: Iervolino, Giorgio and Chioccarelli (2016), "Markovian modeling of seismic damage accumulation", Earthquake
+    Engineering & Structural Dynamics 45(3) (state-dependent fragility; transition matrix).
+
+    Args:
+        run: A run of an `EventSequence`, as `simulate` returned it; the event has `Stripes`.
+        limits: Limit of each damage state, from the lightest to the heaviest [units of the demand], as in `fragility`.
+        demand: Name of the demand; the worst storey or floor counts.
+        event: Name of the event; None: the last one.
+        replicates: Number of draws from the joint sampling distribution of medians and dispersions.
+        confidence: Probability that the intervals cover the true value [1].
+        seed: Seed of the draws.
+
+    Returns:
+        With the dimension `from_state` ("none" and all states but the heaviest) and the dimension `damage_state` (state
+        that is reached or exceeded): `fragility_median` [g, or the unit of the levels] and `fragility_dispersion` [1],
+        with `_lower` and `_upper`; `exceedance_fraction(..., stripe)` [1] with bounds; `replicate_median` and
+        `replicate_dispersion(from_state, replicate, damage_state)`; `samples(from_state)`, the number of samples that
+        begin in this state; `transition_probability(from_state, to_state, stripe)` [1], the shares of samples that end
+        in exactly this state. Values of states that are not heavier than `from_state` are NaN, as are those of states
+        without samples or without a fit (a warning names them).
+
+    Raises:
+        TypeError: If `run` is not a Dataset.
+        ValueError: If the run has no earlier event, the event has no stripes, limits are invalid, or more than 1 % of
+            the samples failed.
+
+    Example:
+        >>> mainshock = wd.Stripes(motions[:4], [0.15, 0.8], wd.PeakGroundAcceleration())  # g
+        >>> sequence = wd.EventSequence({"mainshock": mainshock, "aftershock": stripes})
+        >>> shocks = wd.simulate(wd.Scene(building, sequence, scatter, recorders=("drift",)), structures=8)
+        >>> damaged = wd.state_dependent_fragility(shocks, {"slight": 0.004, "complete": 0.015})
+        >>> damaged["fragility_median"].sel(damage_state="complete").round(1).values  # g; from "none", from "slight"
+        array([1.2, 1.1])
+    """
+    name = "state_dependent_fragility"
+    check_dataset(name, run, advice="give the result of simulate() for an EventSequence", argument="run")
+    check_confidence(confidence)
+    replicates, seed = whole_number("replicates", replicates, 1, MOST_REPLICATES), whole_number("seed", seed, 0)
+    if "event" not in run.dims or "im_level_design" not in run.coords or run.sizes["event"] < 2:
+        raise ValueError(
+            f"{name}: the run has no earlier event: simulate wd.EventSequence({{'mainshock': design, 'aftershock': "
+            "stripes})"
+        )
+    names = [str(each) for each in run["event"].values]
+    chosen = names[-1] if event is None else event
+    one_of("name of an event of the run", chosen, names[1:])
+    place = names.index(chosen)
+    checked = DamageLimits.of(limits, demand)
+    after = without_added_places(select_event(run, chosen))
+    if after["im_level"].attrs.get("design") != STRIPED:
+        raise ValueError(f"{name}: event {chosen!r} has no stripes: give it Stripes(motions, levels, measure)")
+    before = np.zeros(after.sizes["sample"], np.int64)
+    is_valid = np.ones(before.size, bool)
+    own = run.sel(sample=after["sample"].values) if "sample" in run.indexes else run
+    for earlier in range(place):
+        part = own.isel(event=earlier)
+        status = decoded_status(part["status"])
+        passed = damage_of(name, without_added_places(part), checked, status).passed[-1]
+        before = np.maximum(before, passed)
+        is_valid &= status <= OK + 1  # ok or collapsed
+    before = np.where(is_valid, before, 0)  # a failed sample also fails in this event; `fragility` counts it
+    return _of_parts(
+        after, before, checked, limits, demand, {"confidence": confidence, "seed": seed}, replicates, chosen
+    )
+
+
+def _of_parts(
+    after: xr.Dataset,
+    before: np.ndarray,
+    checked: DamageLimits,
+    limits: Mapping[str, Limit],
+    demand: str,
+    how: dict[str, Any],
+    replicates: int,
+    chosen: str,
+) -> xr.Dataset:
+    """Return the result of `state_dependent_fragility`.
+
+    Args:
+        after: Samples of the event.
+        before: Number of damage states that each sample has reached before the event, shape [sample].
+        checked: Checked limits.
+        limits: Limits as the user gave them.
+        demand: Name of the demand.
+        how: Confidence and seed.
+        replicates: Number of draws.
+        chosen: Name of the event.
+    """
+    states, levels = list(checked.states), np.unique(after["im_level"].values)
+    count, stripes = len(states), levels.size
+    found = {f"{key}{end}": np.full((count, count), np.nan) for key in CURVES for end in BOUNDS}
+    found |= {f"{FRACTION}{end}": np.full((count, count, stripes), np.nan) for end in BOUNDS}
+    found |= {key: np.full((count, replicates, count), np.nan) for key in REPLICATES}
+    remarks, units = [], str(after["im_level"].attrs.get("units", "g"))
+    origins = [NO_DAMAGE, *states[:-1]]
+    for place, origin in enumerate(origins):
+        rows = np.flatnonzero(before == place)
+        heavier = {state: limits[state] for state in states[place:]}
+        try:
+            with collected_warnings() as caught:
+                part = fragility(after.isel(sample=rows), heavier, demand=demand, replicates=replicates, **how)
+        except ValueError as error:
+            if rows.size >= 2 * stripes:
+                raise ValueError(f"samples that begin in state {origin!r}: {error}") from error
+            remarks.append(f"only {rows.size} samples begin in state {origin!r}: no curves from this state")
+            continue
+        remarks += [f"from state {origin!r}: {message.removeprefix('fragility: ')}" for message, _ in caught]
+        at = np.searchsorted(levels, part["stripe"].values)
+        for key in (f"{each}{end}" for each in CURVES for end in BOUNDS):
+            found[key][place, place:] = part[key].values
+        for key in (f"{FRACTION}{end}" for end in BOUNDS):
+            found[key][place, place:, at] = part[key].transpose("stripe", "damage_state").values
+        for key in REPLICATES:
+            if key in part:
+                found[key][place, :, place:] = part[key].transpose("replicate", "damage_state").values
+    warn_of_all("state_dependent_fragility", remarks)
+    origin_dims, of_measure = ("from_state", "damage_state"), unit_attributes(units)
+    words = {CURVES[0]: ("median capacity", of_measure), CURVES[1]: ("dispersion of the capacity", {})}
+    result: dict[str, tuple] = {}
+    for end, side in zip(BOUNDS, ("", ", lower bound", ", upper bound"), strict=True):
+        for key in CURVES:
+            result[key + end] = variable(origin_dims, found[key + end], words[key][0] + side, **words[key][1])
+        result[FRACTION + end] = variable(
+            (*origin_dims, "stripe"), found[FRACTION + end], f"fraction of samples exceeding{side}"
+        )
+    for key, each in zip(REPLICATES, CURVES, strict=True):
+        dims = ("from_state", "replicate", "damage_state")
+        result[key] = variable(dims, found[key], f"{words[each][0]}, draws", **words[each][1])
+    result["samples"] = variable(
+        "from_state", np.bincount(before, minlength=count + 1)[:count], "samples that begin in the state"
+    )
+    result["transition_probability"] = variable(
+        ("from_state", "to_state", "stripe"), _transitions(found[FRACTION]), "share of samples that end in the state"
+    )
+    label = {"long_name": "damage state that is reached or exceeded"}
+    return xr.Dataset(
+        result,
+        {
+            "from_state": ("from_state", np.array(origins), {"long_name": "damage state before the event"}),
+            "damage_state": ("damage_state", np.array(states), label),
+            "to_state": ("to_state", np.array([NO_DAMAGE, *states]), {"long_name": "damage state after the event"}),
+            "stripe": variable("stripe", levels, "intensity of the stripe", **of_measure),
+        },
+        {
+            "intensity_measure": str(after.attrs.get("intensity_measure", "")),
+            "demand": ", ".join(checked.demands),
+            "fragility_shape": "lognormal",
+            "event": chosen,
+            "confidence": float(how["confidence"]),
+            "replicates_seed": how["seed"],
+        },
+    )
+
+
+def _transitions(exceeding: np.ndarray) -> np.ndarray:
+    """Return shares of samples that end in exactly each state, shape [from, to, stripe].
+
+    Args:
+        exceeding: Fractions of samples that reach or exceed a state, shape [from, state, stripe]; NaN for states that
+            are not heavier than the first one.
+    """
+    count, _, stripes = exceeding.shape
+    found = np.zeros((count, count + 1, stripes))
+    for place in range(count):
+        reached = np.concatenate([np.ones((1, stripes)), exceeding[place, place:], np.zeros((1, stripes))])
+        found[place, place:] = reached[:-1] - reached[1:]
+    return found

@@ -1,0 +1,1 @@
+"""Annual losses of single buildings of an inventory."""

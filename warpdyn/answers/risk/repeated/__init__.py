@@ -1,0 +1,1 @@
+"""Damage that accumulates over repeated events."""

@@ -1,0 +1,1 @@
+"""Figures of sensitivity analyses, state-dependent fragility and vector intensity measures."""

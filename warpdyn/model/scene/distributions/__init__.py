@@ -1,0 +1,1 @@
+"""Probability distributions of random parameters; values are computed from a standard normal variable."""
