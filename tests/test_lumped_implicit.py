@@ -6,6 +6,7 @@ import importlib.util
 
 import numpy as np
 import pytest
+from hinge_cases import reference_model
 from lumped_cases import pair, pulse
 from opensees import opensees
 
@@ -262,6 +263,7 @@ def test_springs_and_sizes_that_are_not_supported_are_refused_by_name():
     )
     own = [wd.Spring(n, {n: 1.0}, stiffness=1e7) for n in ("u0", "u1")]
     cases = [
+        (reference_model(), "do not take frames with hinges"),
         (many(17), "at most 16 degrees of freedom, not 17; these do: .*rk4"),
         (wd.LumpedStructure({"u0": 1e5, "u1": 1e5}, [*own, bearing]), "do not take biaxial springs, such as 'bearing'"),
         (wd.LumpedStructure({"u0": 1e5, "u1": 1e5}, [*own, contact]), "'ye_li_zhu_contact' of spring 'wall'"),

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray as xr
+from hinge_cases import reference_model
 from labels import check_labels
 from opensees import opensees
 from scipy.optimize import linprog
@@ -304,6 +305,7 @@ ISOLATED = wd.LumpedStructure(
         (lambda: wd.pushover(ONE, [0.1], control="b"), "control names the unknown degree of freedom 'b'"),
         (lambda: wd.pushover(ONE, [0.1], control="r"), "control='r': the loads do not move this degree of freedom"),
         (lambda: wd.pushover(torsional(0.1), [0.1], pattern="uniform"), "pattern='uniform' has no direction"),
+        (lambda: wd.pushover(reference_model(), [0.1]), "a frame with hinges is not supported"),
         (lambda: wd.pushover(ISOLATED, [0.1]), "biaxial spring 'bearing' is not supported"),
         (lambda: wd.pushover(chain(), [0.1], control="u4"), "control= names a degree of freedom of a lumped structure"),
         (lambda: wd.pushover(chain(), [0.1], pattern={"u4": 1.0}), "one load per floor of a ShearBuilding"),
