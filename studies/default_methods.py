@@ -88,7 +88,7 @@ COSTS_HEAD = """\
 # Time of the integration by a method that takes `steps` steps in each default step of RK4, divided by that of RK4 at
 # its default step, for buildings of five storeys of one law with Rayleigh damping: with peak drifts only and, in the
 # columns "..._with_all_recorders", with all recorders and a collapse limit. Empty where it was not measured. The costs
-# on a CPU were measured on an AMD EPYC with AVX-512. Written by studies/default_methods.py --costs, once on each device.
+# on a CPU were measured on an AMD EPYC with AVX-512. Written by studies/default_methods.py --costs, on each device.
 """
 # Methods and steps of the exhaustive search, without methods that cost more than RK4 or Verlet at the same order.
 SEARCHED = ("rk4", "stoermer", "ssprk3", "kutta3", "velocity_verlet", "central_difference", "exact")

@@ -12,6 +12,8 @@ import xarray as xr
 from conftest import ROOT, documented_commands, run_study
 from matplotlib.image import imread
 
+import warpdyn as wd
+
 BUILDINGS, EVENTS = 60, 25
 
 
@@ -73,3 +75,22 @@ def test_buildings_are_of_their_time(region: object) -> None:
     inventory = region.build_inventory(200, 0)
     assert inventory["structure_type"].value_counts().idxmax() == "W1"
     assert (inventory.loc[inventory["structure_type"].isin(["S3", "PC1", "MH"]), "year"] >= 1941).all()
+
+
+@pytest.mark.meant_as_given("no_damping")
+@pytest.mark.parametrize("kind", ["C1H", "C2H", "S1H"])
+def test_tall_buildings_have_the_strength_and_period_of_hazus(region: object, kind: str) -> None:
+    with pytest.MonkeyPatch.context() as patch:
+        patch.syspath_prepend(ROOT / "studies")
+        tall = importlib.import_module("parts.metropolis.tall")
+    tower, chain = tall.flexural_shear(kind, "high", 12), wd.ShearBuilding.from_hazus(kind, "high", 12)
+    hinge, *frames = tower.parameters["yield_force"]
+    mass, height = chain.parameters["mass"], chain.parameters["height"]
+    levels = np.cumsum(height)
+    # Overturning moment of the triangular loads at yield, by equilibrium of the floor forces.
+    overturning = chain.parameters["yield_force"][0] * (mass @ levels**2) / (mass @ levels)
+    assert hinge + frames @ height == pytest.approx(overturning, rel=1e-9)
+    assert tower.fundamental_period == pytest.approx(chain.fundamental_period, rel=0.02)
+    archetypes, limits = tall.tall_archetypes()
+    assert f"{kind} pre 12" in archetypes
+    assert limits[f"{kind} high 12"] == wd.hazus_drift_limits(kind, "high")

@@ -259,6 +259,52 @@ def test_damage_and_losses_of_a_mixed_portfolio_are_those_of_scipy(tmp_path):
     )
 
 
+def test_peaks_are_recorded_from_a_later_time_on_and_in_each_event():
+    ratios = np.abs(drift_ratios(stick(), MOTIONS[0]))
+    late = 1.3 * float(ratios.max(axis=1).argmax()) * STEP
+    late = round(late / STEP) * STEP
+    scene = wd.Scene(tower(), MOTIONS[0], recorders=("drift",), tail=0.0, record_from=late)
+    peaks = ratios[round(late / STEP) :].max(axis=0)
+    np.testing.assert_allclose(wd.simulate(scene, **EXACT)["peak_storey_drift_ratio"][0], peaks, rtol=5e-4)
+    quiet = wd.GroundMotion(np.zeros(5000), STEP, name="quiet")
+    sequence = wd.EventSequence({"first": MOTIONS[0], "second": quiet})
+    run = wd.simulate(wd.Scene(tower(), sequence, recorders=("drift",), tail=0.0), **EXACT)
+    found = run["peak_storey_drift_ratio"].isel(sample=0)
+    np.testing.assert_allclose(found.sel(event="first"), ratios.max(axis=0), rtol=2e-4)
+    assert (found.sel(event="second") < 0.5 * found.sel(event="first")).all()
+
+
+def test_storeys_may_have_biaxial_springs_and_come_from_json():
+    law = wd.laws.CircularYield(yield_force=4e5, post_yield_stiffness=2e6)
+    bearing = wd.BiaxialSpring("bearing", {"x": 1.0}, {"y": 1.0}, law=law, stiffness=4e7)
+    slab = wd.LumpedStructure(
+        {"x": 4e5, "y": 4e5},
+        [bearing],
+        influence=[{"x": 1.0}, {"y": 1.0}],
+        storey_height=0.5,
+        storey_springs=["bearing"],
+    )
+    pair = wd.PairOfMotions(noise(7, 6.0), noise(8, 3.0))
+    run = wd.simulate(wd.Scene(slab, pair, recorders=("drift", "displacement")), **EXACT)
+    largest = float(run["peak_displacement"].max()) / 0.5
+    assert run["peak_storey_drift_ratio"].item() == pytest.approx(largest, rel=1e-12)
+    limited = wd.Scene(slab, pair, recorders=("drift",), collapse_drift_ratio=0.7 * largest)
+    ended = wd.simulate(wd.Scene.from_json(limited.to_json(), pair), **EXACT)
+    assert ended["storey_of_collapse"].item() == 1
+    assert ended["peak_storey_drift_ratio"].item() == pytest.approx(0.7 * largest, rel=1e-6)
+    frames = [
+        wd.PlanFrame("a", (0.0, -5.0), "x", [6e7, 5e7]),
+        wd.PlanFrame("b", (0.0, 5.0), "x", [6e7, 5e7]),
+        wd.PlanFrame("c", (0.0, 0.0), "y", 4e7),
+    ]
+    twisting = wd.TorsionalBuilding(
+        [1e5, 1e5], [[-8.0, 8.0], [-6.0, 6.0]], frames, base_motion="x", storey_height=[4.0, 3.0]
+    )
+    again = wd.Scene.from_json(wd.Scene(twisting, MOTIONS[0]).to_json(), MOTIONS).structure
+    assert again.storey_springs == twisting.storey_springs == ((0, 2, 4), (1, 3, 5))
+    assert again.parameters["height"].tolist() == [4.0, 3.0]
+
+
 SPRINGS = [wd.Spring("k", {"x": 1.0}, stiffness=1e6), wd.Spring("turn", {"theta": 1.0}, stiffness=1e6)]
 
 

@@ -138,7 +138,7 @@ def default_method(
     column = device + ALL_RECORDERS
     if records_only_drifts or not all(column in each for key, each in measured_costs().items() if key[0] in names):
         column = device
-    what += ", peak drifts only" if column == device else ", all recorders and a collapse limit"
+    what += " (peak drifts only)" if column == device else " (all recorders and a collapse limit)"
     rows = [row for row in measured_methods() if row.law in names and row.damping in dampings]
     best = None
     least = MOST_COST

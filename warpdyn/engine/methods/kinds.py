@@ -300,7 +300,7 @@ class MultistepMethod:
             Matrices of shape [..., 4, 4].
         """
         x, ratio = np.broadcast_arrays(np.asarray(frequency_step, float), np.asarray(damping_ratio, float))
-        matrix = np.zeros((4, 4, *x.shape))  # entries of many matrices lie side by side, which is faster
+        matrix = np.zeros((4, 4, *x.shape))  # matrices in the last dimensions: faster
         matrix[2, 1] = matrix[3, 2] = 1
         # The change of this step, in the second row: w - (w h)^2 u - 2 zeta w h times the weighted velocity.
         matrix[1, 0] = -(x**2)

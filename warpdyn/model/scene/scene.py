@@ -19,7 +19,6 @@ from warpdyn.model.ground_motions.designs import excitation_of
 from warpdyn.model.ground_motions.excitation import Excitation
 from warpdyn.model.ground_motions.motions import GroundMotion
 from warpdyn.model.scene.correlation import check_correlation
-from warpdyn.model.scene.rebuilding import arguments_of_scene
 from warpdyn.model.scene.scatter import SAMPLING, GivenValues, Scatter, central, check_scatter, representative
 from warpdyn.model.structures.lumped.matrices import INCIDENCE
 from warpdyn.model.structures.lumped.places.storeys import NEEDS_STOREYS
@@ -257,6 +256,9 @@ class Scene:
             >>> bool((again["peak_storey_drift_ratio"] == run["peak_storey_drift_ratio"]).all())
             True
         """
+        # Imported here, because it imports every kind of structure, which takes 30 ms of a new process.
+        from warpdyn.model.scene.rebuilding import arguments_of_scene
+
         return cls(**arguments_of_scene(text, motions))
 
     def __repr__(self) -> str:
