@@ -16,7 +16,8 @@ from warpdyn.engine.laws.building_law import BuildingLaw
 from warpdyn.engine.laws.contacts.contact import Contact
 from warpdyn.engine.laws.contacts.parameters import HertzContact
 from warpdyn.engine.laws.elastic.parameters import Elastic
-from warpdyn.engine.laws.springs import StoreyRules, Variant
+from warpdyn.engine.laws.ibarra_medina_krawinkler import capped_rules
+from warpdyn.engine.laws.springs import StoreyRules, Variant, number_of_coefficients
 from warpdyn.engine.methods.stability_limits import stable_step_of_eigenvalues, stable_step_of_yielding
 from warpdyn.engine.methods.state_matrices import highest_damping_rate, state_eigenvalues
 from warpdyn.engine.methods.table import Method
@@ -61,6 +62,10 @@ class LumpedDynamics(Dynamics):
             refuses_implicit=self._refuses_implicit(),
         )
         self.counts_reversals = structure.storey_law.counts_reversals(values)
+        is_capped = structure.column_line is not None and str(self.law) == capped_rules.GENERAL
+        if is_capped and capped_rules.applies(of_springs):  # faster rules, which read the first coefficients
+            self.law = capped_rules.variant()
+            self.counts_reversals = False  # hinges do not deteriorate
         self.is_sensitive = structure.storey_law.is_sensitive(values)
         self.has_drift_capacity = "deformation_capacity" in structure.parameters
         self.damping = "mass_proportional" if structure.damping in ("rayleigh", "mass_proportional") else "none"
@@ -145,6 +150,8 @@ class LumpedDynamics(Dynamics):
         values = self._of(law, of_springs_only(parameters))
         shape = values["stiffness"].shape
         read = law.coefficients(values, variants)
+        if law is self.springs and isinstance(self.law_rows, list):
+            read = read[: number_of_coefficients(self.law)]
         found = np.stack([np.broadcast_to(each, shape).T for each in read], axis=1)
         if law is self.springs and isinstance(self.law_rows, list):  # other springs have coefficients of 0
             every = np.zeros((len(self.structure.springs), *found.shape[1:]))
