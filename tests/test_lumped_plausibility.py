@@ -98,7 +98,7 @@ def absorber(**changes) -> wd.LumpedStructure:
     "call",
     [
         *(frame, hinge, lambda: torsional(PLAN), soil, tower, absorber, lambda: tower(gravity_load="weight")),
-        *(sliding, lambda: pounding(100e3), lambda: torsional(PLAN, inertia=1.5e5 * 8.0**2)),
+        *(sliding, lambda: pounding(100e3), lambda: torsional(PLAN, inertia=1.5e5 * 8.0**2, storey_height=3.5)),
     ],
     ids=["frame", "hinge", "torsional", "soil", "tower", "absorber", "gravity", "sliding", "pounding", "inertia"],
 )
@@ -126,6 +126,7 @@ def test_plausible_structures_give_no_warning(call):
         (lambda: soil(density=18.0), ("density of the soil is 18 kg/m3", "kN/m3 of weight, it would be 1.84e+03")),
         (lambda: soil(shear_wave_velocity=0.15), ("shear-wave velocity of the soil", "km/s, it would be 150 m/s")),
         (lambda: tower(3000.0), ("storey height at storey 1 is 3000 m", "given in mm, it would be 3 m")),
+        (lambda: torsional(PLAN, storey_height=3500.0), ("storey height is 3500 m", "given in mm, it would be 3.5 m")),
         (lambda: tower(gravity_load=3924.0), ("gravity load over mass times g is 0.001", "given in kN")),
         (
             lambda: sliding(100e3),

@@ -56,12 +56,11 @@ def add_lumped(
         moving = values["mass"][~np.array(structure.kinds.rotating["dof"])].sum()
         if strength > 0 and moving > 0:
             findings.add("springs_yield_over_weight", strength / (STANDARD_GRAVITY * moving), where)
-    if isinstance(structure, FlexuralShearBuilding):
-        heights = np.diff(structure.floor_heights, prepend=0.0)
-        findings.add("storey_height", heights, where, along="storey")
-        if heights.size > 1:
-            ratio = structure.fundamental_period / structure.floor_heights[-1]
-            findings.add("first_period_over_height", ratio, where)
+    if isinstance(structure, FlexuralShearBuilding | TorsionalBuilding) and structure.storeys:
+        findings.add("storey_height", values["height"], where, along="storey")
+    if isinstance(structure, FlexuralShearBuilding) and structure.storeys > 1:
+        ratio = structure.fundamental_period / structure.floor_heights[-1]
+        findings.add("first_period_over_height", ratio, where)
     if isinstance(structure, TorsionalBuilding):
         sides = np.diff(structure.plan, axis=1).ravel()
         findings.add("plan_side", sides, where)
