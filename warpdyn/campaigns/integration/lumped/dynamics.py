@@ -52,10 +52,10 @@ class LumpedDynamics(Dynamics):
         of_storeys = structure.storey_law.forces()
         self.forces = replace(of_storeys, is_chain=False, is_lumped=True, couples_rates=couples_rates)
         self.counts_reversals = structure.storey_law.counts_reversals(values)
-        if structure.column_line is not None and str(self.law) == capped_rules.GENERAL:
-            if capped_rules.applies(of_springs):  # faster rules, which read the first coefficients
-                self.law = capped_rules.variant()
-                self.counts_reversals = False  # hinges do not deteriorate
+        has_hinges = structure.column_line is not None and str(self.law) == capped_rules.GENERAL
+        if has_hinges and capped_rules.applies(of_springs):  # faster rules, which read the first coefficients
+            self.law = capped_rules.variant()
+            self.counts_reversals = False  # hinges do not deteriorate
         self.is_sensitive = structure.storey_law.is_sensitive(values)
         self.has_drift_capacity = "deformation_capacity" in structure.parameters
         self.damping = "mass_proportional" if structure.damping in ("rayleigh", "mass_proportional") else "none"
