@@ -25,6 +25,7 @@ def with_runs(folder: Path) -> dict[str, Call]:
     )
     falling = wd.ShearBuilding(1e5, 4e7, 3.0, law=falling)
     cloud = wd.simulate(wd.Scene(building, wd.Cloud(ns["motions"]), ns["scatter"]), structures=4)
+    by_motion = wd.simulate(ns["region"], statistics=wd.DamageCounts(ns["stock"].limits, over=("building", "motion")))
     vector = {"run": run, "limits": {"slight": 0.005}, "motions": ns["motions"]}
     vector |= {"measures": (wd.SpectralAcceleration(0.05), wd.SpectralAcceleration(1.4))}
     twice = wd.EventSequence({"mainshock": ns["stripes"], "aftershock": ns["stripes"]})
@@ -165,6 +166,11 @@ def with_runs(folder: Path) -> dict[str, Call]:
             wd.portfolio_losses,
             {"shares": shares, "loss_ratios": wd.hazus_loss_ratios("RES1"), "replacement_values": values}
             | {"event_rates": [0.001] * 8, "return_periods": (100.0,)},
+        ),
+        "building_annual_losses": (
+            wd.building_annual_losses,
+            {"counted": by_motion, "stock": ns["stock"], "inventory": ns["inventory"]}
+            | {"loss_ratios": wd.hazus_loss_ratios("RES1"), "event_rates": [0.001] * 8, "hazard": None},
         ),
         "event_losses": (
             wd.event_losses,

@@ -119,7 +119,8 @@ def _drawn(run: xr.Dataset, count: int) -> tuple[list[str], np.ndarray]:
             continue
         (dim,) = (str(each) for each in run[name].dims if each != "sample")
         labels = run[dim].values if dim in run.coords else np.arange(1, run.sizes[dim] + 1)
-        names += [f"{name} ({dim} {labels[place]})" for place in kept]
+        prefix = f"{dim} " if np.issubdtype(np.asarray(labels).dtype, np.integer) else ""
+        names += [f"{name} ({prefix}{labels[place]})" for place in kept]
         rows += list(values.T)
     if not names:
         raise ValueError("correlation_ratios: the run has no random parameters: give Scene(..., scatter=...)")

@@ -142,7 +142,7 @@ class Sampler:
         for name, spread in self.scatter.items():
             is_given = isinstance(spread, GivenValues)
             values = (
-                spread.values
+                spread.in_structures(self.structure.nominal_values[name])
                 if isinstance(spread, GivenValues)
                 else central(self.structure, {name: spread})[name][None]
             )
@@ -154,7 +154,7 @@ class Sampler:
             )
             if problem:
                 place = problem if is_given else problem.replace(" at structure 0; ", "; ").replace("structure 0, ", "")
-                raise ValueError(f"{place}; {'correct its GivenValues' if is_given else REMEDY}")
+                raise ValueError(f"{place}; {f'correct its {type(spread).__name__}' if is_given else REMEDY}")
 
     def _check(self, drawn: dict[str, np.ndarray], structures: np.ndarray, is_all: bool) -> None:
         """Raise a ValueError if a value is out of the bounds of its parameter, or if values contradict each other."""

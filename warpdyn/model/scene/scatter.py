@@ -231,6 +231,11 @@ class GivenValues(FrozenArrays, ParameterScatter):
         """Return the given values of the parameter in the structures, shape [storey, structure] or [structure]."""
         return self.placed(self.values[structures], nominal)
 
+    def in_structures(self, nominal: np.ndarray) -> np.ndarray:
+        """Return the parameter's values in all structures, shape [structure] or [structure, storey], as given."""
+        found: np.ndarray = self.values
+        return found
+
     def placed(self, values: Any, nominal: np.ndarray) -> Any:
         """Return values [structure, ...] in the shape of a result of `draw`: [storey, structure] or [structure]."""
         return np.broadcast_to(values.T, (*nominal.shape, len(values)))
@@ -259,6 +264,11 @@ class GivenFactors(GivenValues):
     def problem(self, name: str, structure: Structure) -> str | None:
         """Return a message if the factors do not fit the parameter `name` of the structure; None if they fit."""
         return self.shape_problem(name, structure) or self.missing_problem(name, structure)
+
+    def in_structures(self, nominal: np.ndarray) -> np.ndarray:
+        """Return the parameter's values in all structures, shape [structure] or [structure, storey]."""
+        found: np.ndarray = self.placed(self.values, nominal).T
+        return found
 
     def placed(self, values: Any, nominal: np.ndarray) -> Any:
         """Return nominal values times factors [structure, ...], shape [storey, structure] or [structure]."""

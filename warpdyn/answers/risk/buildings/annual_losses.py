@@ -74,9 +74,9 @@ def building_annual_losses(
         >>> annual = wd.building_annual_losses(counted, stock, inventory, ratios, hazard=hazard)
         >>> annual[["id", "expected_annual_loss"]].round(-1)
           id  expected_annual_loss
-        0  a                  70.0
-        1  b                  50.0
-        2  c                 940.0
+        0  a                  10.0
+        1  b                  10.0
+        2  c                  80.0
     """
     check_dataset(_FUNCTION, counted, advice="give the result of simulate(..., statistics=...)", argument="counted")
     check_kind(_FUNCTION, "a BuildingStock", stock, BuildingStock, "as wd.inventories.portfolio returns it")

@@ -49,7 +49,8 @@ def compare_measures(
         motions: The motions of the run's scene, in its order.
         measures: The intensity measures that are compared.
         demand: Name of the demand; the worst storey or floor counts.
-        covariates: Name -> value for each motion, shape [motion], such as {"magnitude": [6.7, ...]}.
+        covariates: Name -> value for each motion [units of the covariate], shape [motion], such as
+            `{"magnitude": [6.7, ...]}`.
         confidence: Probability that the intervals cover the true value [1].
 
     Returns:

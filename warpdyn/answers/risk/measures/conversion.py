@@ -92,7 +92,7 @@ def convert_curves(
     if not slope > 0:
         raise ValueError(f"{name}: {measure.name} does not increase with {to.name} (slope {slope:.3g})")
     line = np.array([[slope, intercept, deviation]])
-    median, dispersion = (each[0] for each in _converted(line, found.median[None], found.dispersion[None]))
+    median, dispersion = (each[0] for each in _in_new_measure(line, found.median[None], found.dispersion[None]))
     of_measure, state = unit_attributes(to.level_units), "damage_state"
     result: dict[str, tuple] = {
         "fragility_median": variable(state, median, "median capacity", **of_measure),
@@ -105,7 +105,7 @@ def convert_curves(
     if found.replicate_median is not None and found.replicate_dispersion is not None:
         draws = np.random.default_rng(seed).integers(x.size, size=(len(found.replicate_median), x.size))
         lines = np.array([regression_line(x[row], y[row])[:3] if np.ptp(x[row]) else (np.nan,) * 3 for row in draws])
-        drawn = _converted(lines, found.replicate_median, found.replicate_dispersion)
+        drawn = _in_new_measure(lines, found.replicate_median, found.replicate_dispersion)
         shares = 0.5 - 0.5 * confidence, 0.5 + 0.5 * confidence
         bounds = np.array([np.nanquantile(each, shares, axis=0) for each in drawn])
         of_draws = ("replicate", state)
@@ -127,7 +127,7 @@ def convert_curves(
     )
 
 
-def _converted(lines: np.ndarray, median: np.ndarray, dispersion: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _in_new_measure(lines: np.ndarray, median: np.ndarray, dispersion: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return medians and dispersions in the new measure, shape [replicate, damage_state].
 
     Args:

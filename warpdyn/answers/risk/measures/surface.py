@@ -140,12 +140,12 @@ def fragility_surface(
 
 
 def probit_plane(logarithms: np.ndarray, exceeds: np.ndarray, start: np.ndarray | None = None) -> np.ndarray:
-    """Return the coefficients of largest likelihood of a probit on two variables, shape [3]; NaN if there are none.
+    """Return the coefficients of largest likelihood of a probit on two variables, shape [3]; NaN without a maximum.
 
     Args:
         logarithms: The variables, shape [2, sample].
         exceeds: Whether each sample exceeds the state, shape [sample].
-        start: Coefficients at which the search starts; None: 0.
+        start: Coefficients at which the search starts; None: zeros.
     """
     nothing = np.full(3, np.nan)
     if exceeds.all() or not exceeds.any():
