@@ -12,7 +12,7 @@ from warpdyn.campaigns.integration.model import dynamics_of
 pytestmark = pytest.mark.meant_as_given(
     "no_damping", "damping_ratio", "first_period", "strongest_motion", "peak_ground_acceleration"
 )
-MOTIONS = [motion("pulse_2", 5), motion("LOS270", 6), motion("pulse_1", 10)]
+MOTIONS = [motion("pulse_2", 5), motion("LOS270", 4), motion("pulse_1", 6), motion("pulse_2", 3)]
 # An energy capacity that no history spends: the law has the general rules, but deteriorates by less than 1e-9.
 NEGLIGIBLE = {"post_capping_deterioration_drift": 1e9}
 
@@ -23,15 +23,15 @@ def scene_of(plastic: float, post_capping: float, **more: float) -> wd.Scene:
     def hinge(strength: float, to_capping: float, after: float) -> dict:
         return steel(strength, plastic * to_capping, post_capping * after) | more
 
-    return wd.Scene(reference_model(hinge), wd.Cloud(MOTIONS), recorders=("spring", "residual"))
+    return wd.Scene(reference_model(hinge, drift_capacity=0.12), wd.Cloud(MOTIONS), recorders=("spring",))
 
 
 @pytest.mark.parametrize(
     ("plastic", "post_capping", "changes"),
     [
         (1.0, 1.0, {}),
-        (0.2, 0.1, {"ultimate_drift": 0.04}),  # residual moments, unloading from them, and loss of strength
-        pytest.param(1.0, 0.1, {"residual_force_ratio": 0.0}, marks=pytest.mark.thorough),
+        (0.6, 0.1, {"ultimate_drift": 0.1}),  # residual moments, and unloading from them
+        (0.6, 0.1, {"residual_force_ratio": 0.0, "ultimate_drift": 0.15}),  # loss of strength
     ],
 )
 def test_fast_rules_equal_the_general_law(plastic, post_capping, changes):
@@ -41,9 +41,26 @@ def test_fast_rules_equal_the_general_law(plastic, post_capping, changes):
     settings = {"device": "cpu", "method": "leapfrog", "step": 0.005, "dtype": "float64", "on_unstable": "flag"}
     found, due = (wd.simulate(scene, **settings) for scene in (fast, general))
     np.testing.assert_array_equal(found["status"].values, due["status"].values)
-    for name in ("peak_spring_deformation", "peak_spring_force", "residual_deformation"):
+    # Where a residual moment is lost at the ultimate rotation, the moment jumps, and the step may have no solution.
+    assert (found["status"].values <= 1).sum() >= 3
+    for name in ("peak_spring_deformation", "peak_spring_force"):
         np.testing.assert_allclose(found[name].values, due[name].values, rtol=1e-5, atol=1e-9)
 
 
 def test_a_hardening_line_that_could_be_too_steep_keeps_the_general_law():
     assert str(dynamics_of(scene_of(0.02, 1.0, ultimate_drift=0.0)).law) == "ibarra_medina_krawinkler_bilinear"
+
+
+def test_rotation_counts_until_the_strength_is_lost():
+    # Without a residual moment, half-beams of storeys 1 to 4 lose their strength at the end of the falling line.
+    scene = scene_of(0.6, 0.1, residual_force_ratio=0.0, ultimate_drift=0.0)
+    result = wd.simulate(scene, device="cpu", method="leapfrog", step=0.005, histories=wd.Histories([1]))
+    rotations = np.abs(result["spring_deformation"].isel(history=0).values[:, 10:]).max(axis=0)
+    peaks = result["peak_spring_deformation"].values[1, 10:]
+    end_of_line = 0.025 * 0.6 + 0.16 * 0.1  # plastic rotations up to capping and beyond it [rad]
+    failed = rotations > 1.1 * end_of_line
+    assert failed.any()
+    assert not failed.all()
+    np.testing.assert_allclose(peaks[~failed], rotations[~failed], rtol=0.03)
+    assert (rotations[failed] > 1.1 * peaks[failed]).all()
+    np.testing.assert_allclose(peaks[failed], end_of_line, rtol=0.05)

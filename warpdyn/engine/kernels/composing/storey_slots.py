@@ -61,7 +61,7 @@ OF_COLUMN_LINE: dict[str, tuple[str, ...]] = {
         "",
         "deformation spring_force memory c",
     ),
-    "accept_hinges": ("kernel", "Accept the memory of all hinges.", "", "i z memory c"),
+    "accept_hinges": ("kernel", "Accept the memory of all hinges.", "", "i z memory c spring_force"),
     "unbalance_line": ("kernel", "Compute all unbalanced moments.", "solution", "i spring_force"),
     "judge_balance": ("kernel", "Decide whether the search for rotations continues.", "solution", "seeking"),
     "judge_lanes": ("kernel", "Decide for each lane how its search continues.", "solution", "seeking"),

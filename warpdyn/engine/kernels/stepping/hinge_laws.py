@@ -41,6 +41,7 @@ def names(plan):
         "LINEAR_HINGES": len(line.linear),
         "FIRST_STIFFNESS": plan.pattern.first_of_line + line.values - line.hinges - plan.dofs,
         "HAS_BRANCHES": has_branches,
+        "HINGES_FAIL": "spring" in plan.recorders and "ibarra_medina_krawinkler" in str(plan.law),
         "CHANGED": law.values_on_line or law.memory,
         "least_slope": wp.constant(dtype(LEAST_SLOPE)),
         "hinge_spring": number_at([*nonlinear, *line.linear]),
@@ -57,9 +58,11 @@ def declare():
     has_left = indices()  # whether a hinge leaves its branch
     trial_slope = row()
     changed_branch = row()  # largest change of a slope
+    is_sound = spring_rows()  # 1; 0 after the strength of a hinge was lost
 
 
 def read_spring_row():
+    is_sound[i, j] = dtype(1.0)
     if i >= N:
         first_slope[i, j] = terms[FIRST_STIFFNESS + i, j]
         hinge_slope[i, j] = first_slope[i, j]
@@ -141,6 +144,13 @@ def end_step():
 
 
 def accept_hinges():
+    if HINGES_FAIL:
+        for hinge in range(HINGES):
+            i = hinge_spring(hinge)
+            for j in range(LANES):
+                is_flat = hinge_slope[i, j] <= least_slope * first_slope[i, j]
+                is_lost = is_flat and spring_force[i, j] == dtype(0.0)
+                is_sound[i, j] = wp.where(is_lost, dtype(0.0), is_sound[i, j])
     for hinge in range(HINGES):
         i = hinge_spring(hinge)
         if HAS_BRANCHES:
