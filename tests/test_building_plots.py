@@ -83,6 +83,24 @@ def test_pushover_and_hysteresis_are_drawn_from_one_dataset() -> None:
     np.testing.assert_allclose(panels[4].lines[0].get_ydata(), PUSHED["storey_force"].values[:, 4] / 1e6)
 
 
+def test_the_pushover_of_a_lumped_structure_shows_its_translational_springs() -> None:
+    springs = [
+        wd.Spring("sway", {"x": 1.0}, law="bilinear", stiffness=1e7, yield_force=1e5, hardening_ratio=0.1),
+        wd.Spring("rocking", {"theta": 1.0}, stiffness=1e9),
+        wd.Spring("top", {"x": -1.0, "theta": -5.0, "y": 1.0}, stiffness=1e7),
+    ]
+    structure = wd.LumpedStructure({"x": 1e4, "theta": 1e5, "y": 1e5}, springs, influence={"x": 1.0, "y": 1.0})
+    pushed = wd.pushover(structure, np.linspace(0.0, 0.1, 21), pattern={"y": 1.0})
+    curve, profile = plots.pushover_curve(pushed).axes
+    assert curve.get_xlabel() == "Displacement of y [mm]"
+    np.testing.assert_allclose(curve.lines[0].get_ydata()[1:], pushed["base_shear"].values / 1e6)
+    assert [label.get_text() for label in profile.get_yticklabels()] == ["sway", "top"]
+    drawn = profile.lines[-1].get_xdata()[1:]
+    np.testing.assert_allclose(drawn, 1000 * pushed["spring_deformation"].sel(spring=["sway", "top"]).values[-1])
+    turned = wd.pushover(structure, [0.001, 0.002], pattern={"y": 1.0}, control="theta")
+    assert plots.pushover_curve(turned).axes[0].get_xlabel() == "Displacement of theta [rad]"
+
+
 def test_storey_hysteresis_is_drawn() -> None:
     figure = plots.hysteresis(wd.storey_hysteresis(BUILDING, [0.01, -0.01, 0.02]))
     assert len(figure.axes) == 5

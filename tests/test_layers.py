@@ -139,6 +139,18 @@ assert wd.records is records
     assert "warp" in modules_after(scene + "wd.response_spectra([motion], [0.5], [0.05])")
 
 
+def test_a_run_imports_only_what_it_needs():
+    script = """
+import warpdyn as wd
+building = wd.ShearBuilding(1.0, 100.0, 3.0)
+scene = wd.Scene(building, wd.GroundMotion([0.0, 1.0, 0.0], 0.01, "pulse"))
+building.fundamental_period
+wd.simulate(scene, device="cpu")
+"""
+    # xarray imports Dask for some operations, if Dask is installed, which takes a third of a second.
+    assert not modules_after(script) & {"dask", "matplotlib", "scipy.sparse", "warpdyn.model.structures.frames.frame"}
+
+
 def test_every_public_name_is_found():
     for name in wd.__all__:
         assert getattr(wd, name) is not None

@@ -332,6 +332,7 @@ def plans():
     for method, law in (("rk4", "bouc_wen_1"), ("kutta3", "bilinear")):
         yield replace(LUMPED, method=method, law=rules_of(law), starts_displaced=True)
         yield build.history_plan(replace(LUMPED, pattern=replace(LUMPED.pattern, components=2)))
+    yield replace(LUMPED, method="hht_alpha", law=rules_of("bilinear"))
     # A structure with a contact whose force depends on the rate, and with a biaxial spring.
     yield plan_of(MIXED, dynamics_of(MIXED), "rk4", "float32", is_gpu=False)
     # Equal storeys: on a GPU, several threads share a sample. stoermer evaluates the forces once per step.

@@ -166,7 +166,12 @@ from .model.structures.frames.hinged_fishbone import HingedFishbone as HingedFis
 from .model.structures.frames.sticks import equivalent_stick as equivalent_stick
 from .model.structures.hazus import hazus_drift_limits as hazus_drift_limits
 from .model.structures.lumped.biaxial_spring import BiaxialSpring as BiaxialSpring
-from .model.structures.lumped.foundations.footing import RectangularFooting as RectangularFooting, Soil as Soil
+from .model.structures.lumped.foundations.footing import (
+    CircularFooting as CircularFooting,
+    RectangularFooting as RectangularFooting,
+    Soil as Soil,
+)
+from .model.structures.lumped.foundations.uplift import FoundationUplift as FoundationUplift
 from .model.structures.lumped.spring import Spring as Spring
 from .model.structures.lumped.structure import LumpedStructure as LumpedStructure
 from .model.structures.lumped.tanks import (

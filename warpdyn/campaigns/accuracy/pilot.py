@@ -19,7 +19,7 @@ from warpdyn.campaigns.integration.settings import check_target_error
 from warpdyn.campaigns.integration.stability_guard import guard, integrate_guarded
 from warpdyn.engine.kernels.plan import values_held
 from warpdyn.engine.kernels.queues import checked_devices
-from warpdyn.engine.methods.table import check_fits, fitting_methods
+from warpdyn.engine.methods.table import METHODS, StoreyForces, check_fits, fitting_methods
 from warpdyn.foundations.core.checks import one_of, whole_number
 from warpdyn.foundations.core.random_numbers import Purpose
 from warpdyn.model.scene.arguments import takes_scene
@@ -140,7 +140,7 @@ def choose_method(
     if dtype is not None:
         one_of("dtype", dtype, ("float32", "float64"))
     pilot = _Pilot(scene, target_error, seed, checked_devices(device)[0], threads)
-    fitting = fitting_methods(forces, damping)
+    fitting = _compared_methods(forces, damping)
     methods = (method,) if method else tuple(name for name in CANDIDATES if name in fitting)
     rows = []
     for name in methods:
@@ -177,6 +177,12 @@ def choose_method(
     return MethodChoice(rows[best][0], rows[best][1], rows[best][2], table, carried)
 
 
+def _compared_methods(forces: StoreyForces, damping: str = "none") -> tuple[str, ...]:
+    """Return the methods that fit the forces; without implicit ones for lumped structures, whose cost is not known."""
+    fitting = fitting_methods(forces, damping)
+    return tuple(name for name in fitting if not (forces.is_lumped and METHODS[name].kind == "implicit"))
+
+
 class _Pilot:
     """Pilot run: a few samples of a scene, with the peak drifts of a reference run at a very short step."""
 
@@ -198,7 +204,7 @@ class _Pilot:
         periods = vibration.period
         self.period = float(np.median(periods))
         finer = REFERENCE_STEPS_PER_PERIOD * max(1.0, np.sqrt(REFERENCE_ERROR / target_error))
-        fitting = fitting_methods(first.model.dynamics.forces)
+        fitting = _compared_methods(first.model.dynamics.forces)
         method, step = "exact" if "exact" in fitting else "rk4", float(periods.min()) / finer
         reference, held = self._run(method, "float64", step)
         if (

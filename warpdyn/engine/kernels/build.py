@@ -32,6 +32,7 @@ SKELETONS = {
     ("chain", "implicit"): integrate_implicit_chain,
     ("chain", "exact"): advance_linear,
     ("lumped", "explicit"): integrate_lumped,
+    ("lumped", "implicit"): integrate_lumped,
     ("dense", "explicit"): integrate_dense,
     ("dense", "implicit"): advance_linear,
     ("dense", "exact"): advance_linear,
@@ -130,6 +131,8 @@ def _fitted_lumped(plan: Plan, is_gpu: bool) -> Plan:
     """Return the plan of a lumped structure with the number of lanes and the unrolling for a CPU or a GPU."""
     largest = max(plan.dofs, plan.pattern.springs if plan.pattern else 0)
     plan = replace(plan, sections=1, by_storey=False)
+    if plan.kind == "implicit":  # the search of one sample must not wait for others; its loops are long
+        return replace(plan, lanes=1, max_unroll=1)
     if is_gpu:
         sections = sections_of_storeys(plan)
         if sections > 1:

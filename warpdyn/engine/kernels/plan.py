@@ -18,7 +18,7 @@ from warpdyn.engine.kernels.lumped.storeys import Storeys, storeys_of
 from warpdyn.engine.kernels.registry import fields, parts_in
 from warpdyn.engine.laws.rate_law import POWERS
 from warpdyn.engine.laws.springs import StoreyRules, is_mixed, spring_row
-from warpdyn.engine.methods.kinds import ExplicitMethod, MultistepMethod, product
+from warpdyn.engine.methods.kinds import ExplicitMethod, ImplicitMethod, MultistepMethod, product
 from warpdyn.engine.methods.stability_limits import relaxation_limit
 from warpdyn.engine.methods.table import METHODS
 
@@ -201,13 +201,14 @@ def tableau(plan: Plan) -> SimpleNamespace:
     """Return the coefficients and properties of a plan's explicit method as attributes, for its kernel.
 
     `a`, `weight` and `node` are the Runge-Kutta matrix, the weights of the stages and their times; a multistep method
-    has one stage.
+    has one stage. So has an implicit method; its second time is that at which the equation of motion is satisfied.
     """
     method = METHODS[plan.method]
-    if isinstance(method, MultistepMethod):
+    if not isinstance(method, ExplicitMethod):
         first = constants(plan, [1.0])
+        node = constants(plan, [0.0, method.extension] if isinstance(method, ImplicitMethod) else [0.0])
         properties = {"adaptive": False, "halfway": False, "ends_in_stage": False, "keeps_slopes": False}
-        return SimpleNamespace(stages=1, weight=first, first_stage=first, node=constants(plan, [0.0]), **properties)
+        return SimpleNamespace(stages=1, weight=first, first_stage=first, node=node, **properties)
     a, stages = np.array(method.a), method.stages
     error = np.array(method.error or np.zeros(stages))
     unit = next(weight for weight in method.b if weight)

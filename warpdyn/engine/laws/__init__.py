@@ -39,6 +39,7 @@ from warpdyn.engine.laws.contacts.parameters import (
     KelvinVoigtContact,
     KelvinVoigtContactWithTension,
     MuthukumarDesRochesContact,
+    PreloadedContact,
     YeLiZhuContact,
 )
 from warpdyn.engine.laws.devices.parameters import FrictionDamper, Gap, OneSidedGap, ViscousDamper
@@ -98,6 +99,7 @@ __all__ = [
     "ParkWenAng",
     "PeakOriented",
     "Pinching4",
+    "PreloadedContact",
     "Quadrilinear",
     "Saws",
     "SelfCentring",

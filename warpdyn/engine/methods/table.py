@@ -48,6 +48,7 @@ class StoreyForces:
             freedom.
         is_lumped: Whether the forces are those of springs between any degrees of freedom.
         couples_rates: Whether the memory of a spring with two components follows a differential equation.
+        refuses_implicit: Why implicit methods do not support the forces of a lumped structure; "" if they do.
     """
 
     names: tuple[str, ...] = ("elastic",)
@@ -57,6 +58,7 @@ class StoreyForces:
     is_chain: bool = True
     is_lumped: bool = False
     couples_rates: bool = False
+    refuses_implicit: str = ""
 
     def __str__(self) -> str:
         return ", ".join(self.names)
@@ -218,8 +220,8 @@ def fitting_methods(forces: StoreyForces, damping: str = "none") -> tuple[str, .
       energy to the motion.
     - Multistep methods need storeys or springs; they integrate the memory of a law over the increment of the drift,
       which biaxial springs with a rate do not support.
-    - Lumped structures support explicit methods with fixed steps whose velocities do not lag behind; only they support
-      `leapfrog`.
+    - Lumped structures support implicit methods, and explicit methods with fixed steps whose velocities do not lag
+      behind; only they support `leapfrog`. Implicit methods do not support all of their springs (`refuses_implicit`).
     - Implicit methods do not support damping proportional to the tangent stiffness, which jumps when a storey yields,
       so that a step may have no equilibrium.
     - Implicit methods integrate the memory of a law over the increment of the drift, without regard to time; they do
@@ -232,6 +234,8 @@ def fitting_methods(forces: StoreyForces, damping: str = "none") -> tuple[str, .
         unfit |= {name for name, method in METHODS.items() if not _fits_lumped(method)}
     else:
         unfit |= {"leapfrog"}
+    if forces.refuses_implicit:
+        unfit |= {name for name, method in METHODS.items() if method.kind == "implicit"}
     if forces.relaxes or forces.couples_rates or not (forces.is_chain or forces.is_lumped):
         unfit |= {name for name, method in METHODS.items() if isinstance(method, MultistepMethod)}
     if damping == "rayleigh_tangent" or forces.relaxes:
@@ -240,7 +244,7 @@ def fitting_methods(forces: StoreyForces, damping: str = "none") -> tuple[str, .
 
 
 def _fits_lumped(method: Method) -> bool:
-    if isinstance(method, MultistepMethod):
+    if isinstance(method, MultistepMethod | ImplicitMethod):
         return True
     return isinstance(method, ExplicitMethod) and not (method.is_adaptive or method.starts_halfway)
 
@@ -252,7 +256,9 @@ def check_fits(method: Any, forces: StoreyForces, damping: str = "none") -> None
     if row in fitting:
         return
     if forces.is_lumped:
-        raise ValueError(f"method {method!r} does not support a LumpedStructure; these do: {', '.join(fitting)}")
+        is_refused = METHODS[method].kind == "implicit" and forces.refuses_implicit
+        what = f"this LumpedStructure: {forces.refuses_implicit}" if is_refused else "a LumpedStructure"
+        raise ValueError(f"method {method!r} does not support {what}; these do: {', '.join(fitting)}")
     if row in fitting_methods(forces):
         raise ValueError(
             f"method {method!r} does not fit damping {damping!r} (a step may have no equilibrium if a storey "

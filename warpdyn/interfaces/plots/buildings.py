@@ -111,6 +111,9 @@ def _engineering(value: float, unit: str) -> str:
 def pushover_curve(dataset: xr.Dataset, *, ax: Iterable[Axes] | None = None) -> Drawn:
     """Draw the pushover curve (base shear against roof displacement), and profiles of the storey drift over the height.
 
+    For a lumped structure the curve has the displacement that was prescribed, and the profiles are the deformations of
+    the springs that are translations.
+
     Args:
         dataset: Result of `pushover`.
         ax: Two axes to draw into, for the curve and the profiles; None: a new figure.
@@ -119,44 +122,47 @@ def pushover_curve(dataset: xr.Dataset, *, ax: Iterable[Axes] | None = None) -> 
         The new figure, or the axes that were given as `ax`.
 
     Raises:
-        ValueError: If the dataset lacks roof displacements, base shears or storey drifts, or has no steps.
+        ValueError: If the dataset lacks roof displacements, base shears or deformations, or has no steps.
         TypeError: If `dataset` is not a Dataset.
 
     Example:
         >>> figure = wd.plots.pushover_curve(wd.pushover(building, np.linspace(0.0, 0.1, 101)))
     """
-    check_dataset(
-        "plots.pushover_curve",
-        dataset,
-        "roof_displacement",
-        "base_shear",
-        "storey_drift",
-        advice="draw the result of pushover(building, ...)",
-    )
-    roof, shear = 1000 * dataset["roof_displacement"].values, dataset["base_shear"].values / 1e6
-    drift = 1000 * dataset["storey_drift"].values
-    if dataset["storey_drift"].dims != ("step", "storey"):
-        raise ValueError("plots.pushover_curve: select steps and storeys by isel(step=[...], storey=[...])")
-    if not roof.size:
-        raise ValueError(
-            "plots.pushover_curve: the dataset has no steps: check the condition by which you selected steps"
-        )
+    function, advice = "plots.pushover_curve", "draw the result of pushover(building, ...)"
+    is_lumped = isinstance(dataset, xr.Dataset) and "spring_deformation" in dataset
+    name, dim = ("spring_deformation", "spring") if is_lumped else ("storey_drift", "storey")
+    check_dataset(function, dataset, "roof_displacement", "base_shear", name, advice=advice)
+    if dataset[name].dims != ("step", dim):
+        raise ValueError(f"{function}: select steps and {dim}s by isel(step=[...], {dim}=[...])")
+    if not dataset["base_shear"].size:
+        raise ValueError(f"{function}: the dataset has no steps: check the condition by which you selected steps")
+    is_rotation = dataset["roof_displacement"].attrs.get("units") == "rad"
+    factor, unit = (1.0, "rad") if is_rotation else (1000.0, "mm")
+    roof, shear = factor * dataset["roof_displacement"].values, dataset["base_shear"].values / 1e6
+    drifts = dataset[name]
+    if "spring_unit" in drifts.coords:
+        drifts = drifts[:, drifts["spring_unit"].values == "m"]
+    drift, places = 1000 * drifts.values, np.arange(1, drifts[dim].size + 1) if is_lumped else drifts[dim].values
     result, (curve, profile) = panels("pushover_curve", ax, 2, size=(8.4, 4.2), width_ratios=(3, 2))
     curve.plot(np.append(0.0, roof), np.append(0.0, shear), color=COLOURS[0], lw=1.4)
     curve.axhline(0, color="0.6", lw=0.6)
     curve.axvline(0, color="0.6", lw=0.6)
-    curve.set(xlabel="Roof displacement [mm]", ylabel="Base shear [MN]")
-    # Drift profiles at 25, 50, 75 and 100 % of the largest roof displacement.
+    moved = f"Displacement of {dataset.attrs['control']}" if is_lumped else "Roof displacement"
+    curve.set(xlabel=f"{moved} [{unit}]", ylabel="Base shear [MN]")
+    # Profiles at 25, 50, 75 and 100 % of the largest displacement.
     farthest = int(np.abs(roof).argmax())
-    storeys = dataset["storey"].values
     for colour, share in zip(COLOURS[1:], (0.25, 0.5, 0.75, 1.0), strict=False):
         step = int(np.argmax(np.abs(roof[: farthest + 1]) >= share * abs(roof[farthest]) * (1 - 1e-9)))
         curve.plot(roof[step], shear[step], "o", color=colour, ms=6)
-        outline = np.append(drift[step, 0], drift[step]), np.append(0, storeys)
-        profile.step(*outline, where="post", color=colour, label=f"{float(f'{roof[step]:.3g}'):g} mm")
-    profile.set(xlabel="Storey drift [mm]", ylabel="Storey", ylim=(0, storeys[-1]))
-    labelled = storeys[_storeys_labelled(storeys.size)]
-    profile.set_yticks(labelled - 0.5, [str(storey) for storey in labelled])
-    profile.legend(title="roof at", fontsize=SMALL, title_fontsize=SMALL)
+        if places.size:
+            outline = np.append(drift[step, 0], drift[step]), np.append(0, places)
+            profile.step(*outline, where="post", color=colour, label=f"{float(f'{roof[step]:.3g}'):g} {unit}")
+    what = "Deformation" if is_lumped else "Storey drift"
+    profile.set(xlabel=f"{what} [mm]", ylabel=dim.capitalize(), ylim=(0, places[-1] if places.size else 1))
+    labels = _storeys_labelled(places.size)
+    profile.set_yticks([places[at] - 0.5 for at in labels], [str(drifts[dim].values[at]) for at in labels])
+    profile.legend(
+        title=f"{dataset.attrs['control'] if is_lumped else 'roof'} at", fontsize=SMALL, title_fontsize=SMALL
+    )
     grid(curve, profile)
     return result

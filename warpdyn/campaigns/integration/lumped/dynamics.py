@@ -14,17 +14,22 @@ from warpdyn.engine.kernels.output_table import HISTORY, OF_SPRINGS
 from warpdyn.engine.laws.biaxial.functions import biaxial_functions
 from warpdyn.engine.laws.building_law import BuildingLaw
 from warpdyn.engine.laws.contacts.contact import Contact
+from warpdyn.engine.laws.contacts.parameters import HertzContact
 from warpdyn.engine.laws.elastic.parameters import Elastic
-from warpdyn.engine.laws.springs import StoreyRules, Variant
+from warpdyn.engine.laws.ibarra_medina_krawinkler import capped_rules
+from warpdyn.engine.laws.springs import StoreyRules, Variant, number_of_coefficients
 from warpdyn.engine.methods.stability_limits import stable_step_of_eigenvalues, stable_step_of_yielding
 from warpdyn.engine.methods.state_matrices import highest_damping_rate, state_eigenvalues
 from warpdyn.engine.methods.table import Method
 from warpdyn.model.ground_motions.excitation import Excitation
+from warpdyn.model.structures.lumped.biaxial_spring import BiaxialSpring
 from warpdyn.model.structures.lumped.matrices import of_springs_only, undamped, without_rounding
 from warpdyn.model.structures.lumped.structure import LumpedStructure
 
 Variants = tuple[list[Variant], list[Variant]]
 ROUNDED = 1e-14  # entries of an inverse matrix below this share of the largest one of their row and column are 0
+
+MOST_DOFS_OF_IMPLICIT = 16  # the matrix of a step is full
 
 
 class LumpedDynamics(Dynamics):
@@ -49,14 +54,42 @@ class LumpedDynamics(Dynamics):
             self.biaxial_law, self.biaxial_variants = self.pairs.rules(of_pairs), self.pairs.variants(of_pairs)
         couples_rates = self.biaxial_law is not None and biaxial_functions(self.biaxial_law).rate is not None
         of_storeys = structure.storey_law.forces()
-        self.forces = replace(of_storeys, is_chain=False, is_lumped=True, couples_rates=couples_rates)
+        self.forces = replace(
+            of_storeys,
+            is_chain=False,
+            is_lumped=True,
+            couples_rates=couples_rates,
+            refuses_implicit=self._refuses_implicit(),
+        )
         self.counts_reversals = structure.storey_law.counts_reversals(values)
+        is_capped = structure.column_line is not None and str(self.law) == capped_rules.GENERAL
+        if is_capped and capped_rules.applies(of_springs):  # faster rules, which read the first coefficients
+            self.law = capped_rules.variant()
+            self.counts_reversals = False  # hinges do not deteriorate
         self.is_sensitive = structure.storey_law.is_sensitive(values)
         self.has_drift_capacity = "deformation_capacity" in structure.parameters
         self.damping = "mass_proportional" if structure.damping in ("rayleigh", "mass_proportional") else "none"
         self.pattern = self._pattern_of(representative)
         error = error_of_float32(structure)
         self.error_of_float32 = error if error > LARGEST_ERROR else 0.0
+
+    def _refuses_implicit(self) -> str:
+        """Return why implicit methods do not support the structure; "" if they do."""
+        if self.structure.dofs > MOST_DOFS_OF_IMPLICIT:
+            return (
+                f"implicit methods take at most {MOST_DOFS_OF_IMPLICIT} degrees of freedom, not {self.structure.dofs}"
+            )
+        if self.structure.column_line is not None:
+            return "implicit methods do not take frames with hinges, whose rotations have no mass"
+        for spring in self.structure.given_springs:
+            if isinstance(spring, BiaxialSpring):
+                return f"implicit methods do not take biaxial springs, such as {spring.name!r}"
+            if issubclass(spring.law, Contact) and not issubclass(spring.law, HertzContact):
+                return (
+                    "implicit methods do not take contacts whose force depends on the rate of deformation, such as "
+                    f"{spring.law.name!r} of spring {spring.name!r}"
+                )
+        return ""
 
     def _pattern_of(self, representative: Mapping[str, np.ndarray]) -> Pattern:
         """Return the pattern of all structures that may be drawn."""
@@ -117,6 +150,8 @@ class LumpedDynamics(Dynamics):
         values = self._of(law, of_springs_only(parameters))
         shape = values["stiffness"].shape
         read = law.coefficients(values, variants)
+        if law is self.springs and isinstance(self.law_rows, list):
+            read = read[: number_of_coefficients(self.law)]
         found = np.stack([np.broadcast_to(each, shape).T for each in read], axis=1)
         if law is self.springs and isinstance(self.law_rows, list):  # other springs have coefficients of 0
             every = np.zeros((len(self.structure.springs), *found.shape[1:]))

@@ -1,4 +1,4 @@
-"""Slots of lumped structures of equal storeys and of fish-bone frames; slots.py contains all others.
+"""Slots of lumped structures: equal storeys, fish-bone frames, implicit steps; slots.py contains all others.
 
 Each row contains the index, the text, the variables that a part may read, and those that it may change.
 """
@@ -35,6 +35,19 @@ OF_EQUAL_STOREYS: dict[str, tuple[str, ...]] = {
     ),
 }
 
+_STATE = "u v us vs z drift rate f memory c after dashpot net vi ai spring_force deformation applied felt shaken"
+OF_IMPLICIT_STEPS: dict[str, tuple[str, ...]] = {
+    "take_step": ("kernel", "Take a step of an implicit method from the accepted state.", "", _STATE),
+    "begin_implicit_step": ("kernel", "Set the first trial state of the step.", "", _STATE),
+    "evaluate_trial": ("kernel", "Evaluate the unbalanced accelerations of the trial state.", "", _STATE),
+    "judge_trial": ("lane", "Decide whether the search ends.", "iteration", "unsettled"),
+    "correct_trial": ("lane", "Find and add Newton's correction.", "iteration", _STATE),
+    "find_system": ("lane", "Find the matrix of the linear system.", "", _STATE),
+    "factor_system": ("lane", "Factor the matrix."),
+    "solve_system": ("lane", "Solve the linear system."),
+    "accept_step": ("kernel", "Accept the state at the end of the step.", "", _STATE),
+}
+
 OF_COLUMN_LINE: dict[str, tuple[str, ...]] = {
     "tilt_columns": ("kernel", "Change the unbalanced moments of a fish-bone frame with the drifts.", "", "solution"),
     "factorise_line": ("kernel", "Factorise the linear system of the rotations.", "solution", "i"),
@@ -58,4 +71,5 @@ OF_COLUMN_LINE: dict[str, tuple[str, ...]] = {
 OF_LUMPED = {
     "Lumped structures of equal storeys": OF_EQUAL_STOREYS,
     "Fish-bone frames with hinges": OF_COLUMN_LINE,
+    "Implicit steps of lumped structures": OF_IMPLICIT_STEPS,
 }

@@ -5,7 +5,8 @@ from warpdyn.engine.laws.springs import spring_row
 
 
 def wanted(plan):
-    return plan.pattern is not None and spring_row(plan.law).rate is not None and not keeps_drifts(plan)
+    has_stages = plan.kind == "explicit" and not keeps_drifts(plan)
+    return plan.pattern is not None and spring_row(plan.law).rate is not None and has_stages
 
 
 def names(plan):

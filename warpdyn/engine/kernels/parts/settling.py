@@ -30,7 +30,7 @@ def names(plan):
 
     from warpdyn.engine.kernels.plan import DTYPES, constants, settling_limit, settling_polynomial
 
-    is_implicit = plan.kind == "implicit"
+    is_implicit = plan.kind == "implicit" and plan.pattern is None
     dtype, law = DTYPES[plan.dtype], spring_row(plan.law)
     return {
         **({} if law.relaxation_rate is None else {"relaxation_of": law.relaxation_rate}),

@@ -8,6 +8,8 @@ from warpdyn.engine.methods.table import METHODS
 def wanted(plan):
     if plan.family not in ("chain", "lumped") or has_line(plan):
         return False
+    if plan.pattern is not None and plan.kind == "implicit":
+        return False
     law = spring_row(plan.law)
     return law.leaves_line is not None and law.rate is None and not METHODS[plan.method].is_adaptive
 

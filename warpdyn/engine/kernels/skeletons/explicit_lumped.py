@@ -1,8 +1,10 @@
-"""The skeleton for lumped structures under explicit methods: degrees of freedom, springs and outputs are separate.
+"""The skeleton for lumped structures: degrees of freedom, springs and outputs are separate.
 
 A stage computes the deformations of all springs from the displacements, then the forces of all springs by their laws,
 and then the accelerations from these forces. The first and the last of these steps consist of one statement for each
-spring or degree of freedom, which names only entries that are not 0 (see kernels/lumped/pattern.py).
+spring or degree of freedom, which names only entries that are not 0 (see kernels/lumped/pattern.py). Multistep and
+implicit methods have one stage, at the accepted state; implicit ones then search the end of the step
+(kernels/stepping/implicit_step.py).
 """
 
 from __future__ import annotations
@@ -16,7 +18,7 @@ from warpdyn.engine.laws.springs import spring_row
 def names(plan: Plan) -> dict[str, object]:
     """Return the constants, types and functions in the skeleton's text."""
     method, law = tableau(plan), spring_row(plan.law)
-    is_mapping, is_multistep = law.return_mapping is not None, keeps_drifts(plan)
+    is_mapping, is_multistep, is_implicit = law.return_mapping is not None, keeps_drifts(plan), plan.kind == "implicit"
     maps_in_stage = is_mapping and law.rate is None and (is_multistep or method.ends_in_stage)
     return {
         "STAGES": method.stages,
@@ -25,13 +27,13 @@ def names(plan: Plan) -> dict[str, object]:
         "ONCE": True,
         "KEEPS_SLOPES": method.keeps_slopes,
         # The stage's state includes the memory of laws with a rate.
-        "TAKES_MEMORY": law.rate is not None and not is_multistep,
+        "TAKES_MEMORY": law.rate is not None and not (is_multistep or is_implicit),
         # If the last stage is at the end of the step, its memory is the memory at the end of the step.
         "MAPS_IN_STAGE": maps_in_stage,
         "HANDS_DOWN": False,
         # If the last stage is at the end of the step, its velocity is not the final velocity of the step. Then energies
         # are integrated by the trapezoidal rule over accepted states.
-        "TRAPEZOIDAL": is_multistep or method.ends_in_stage,
+        "TRAPEZOIDAL": is_multistep or is_implicit or method.ends_in_stage,
         "LAGS": False,
         # Whether parts read the deformations of the accepted state after a step.
         "GATHERS_AT_END": plan.storeys is None or "residual" in plan.recorders or (is_mapping and not maps_in_stage),
@@ -187,7 +189,7 @@ def integrate_lumped(
                     for j in range(LANES):
                         us[i, j] = u[i, j]
                         vs[i, j] = v[i, j]
-            elif not (KEEPS_SLOPES or KEEPS_DRIFTS):
+            elif not (KEEPS_SLOPES or KEEPS_DRIFTS or IMPLICIT_STEP):
                 for i in range(N):
                     for j in range(LANES):
                         u[i, j] += h[j] * un[i, j]
@@ -196,6 +198,7 @@ def integrate_lumped(
                         vn[i, j] = dtype(0.0)
                         us[i, j] = u[i, j]
                         vs[i, j] = v[i, j]
+            slot("take_step")
             slot("end_attempt")
             slot("accept_springs")
             if GATHERS_AT_END:

@@ -9,7 +9,7 @@ from typing import Any
 
 import warp as wp
 
-from warpdyn.engine.device.extrema import maximum
+from warpdyn.engine.device.extrema import maximum, minimum
 from warpdyn.engine.laws.contacts.parameters import DAMPED, UNDAMPED, Coefficient as C
 from warpdyn.engine.laws.law import Layout
 from warpdyn.engine.laws.row_functions import device_functions
@@ -121,6 +121,29 @@ def hertz_damp_memory_after(drift: Any, increment: Any, memory: Any, c: Any):
     return hertz_damp_memory_at_velocity(drift, type(drift)(0.0), memory, c)
 
 
+@wp.func
+def preloaded_force(drift: Any, memory: Any, c: Any):
+    return c[C.STIFFNESS] * minimum(drift, c[C.CLEARANCE])
+
+
+@wp.func
+def preloaded_viscous_force(drift: Any, velocity: Any, memory: Any, c: Any):
+    elastic = preloaded_force(drift, memory, c)
+    whole = c[C.STIFFNESS] * drift + c[C.DAMPING] * velocity
+    return minimum(whole, c[C.STIFFNESS] * c[C.CLEARANCE]) - elastic
+
+
+@wp.func
+def preloaded_elastic_energy(drift: Any, memory: Any, c: Any):
+    pressed = minimum(drift, c[C.CLEARANCE])
+    return c[C.STIFFNESS] * pressed * (drift - type(drift)(0.5) * pressed)
+
+
+@wp.func
+def preloaded_tangent(drift: Any, increment: Any, before: Any, after: Any, c: Any):
+    return wp.where(drift < c[C.CLEARANCE], c[C.STIFFNESS], type(drift)(0.0))
+
+
 SPRINGS = {
     "kelvin_voigt_contact": _kelvin_voigt("kelvin_voigt_contact", False),
     "kelvin_voigt_contact_with_tension": _kelvin_voigt("kelvin_voigt_contact_with_tension", True),
@@ -132,6 +155,14 @@ SPRINGS = {
         len(DAMPED),
         hertz_tangent,
         viscous_force=jankowski_viscous_force,
+    ),
+    "preloaded_contact": Spring(
+        preloaded_force,
+        None,
+        preloaded_elastic_energy,
+        len(DAMPED),
+        preloaded_tangent,
+        viscous_force=preloaded_viscous_force,
     ),
     "hertz_damp_contact": Spring(
         hertz_force,

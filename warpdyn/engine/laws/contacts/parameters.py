@@ -6,6 +6,8 @@ masses. Linear contacts without dissipation, or with dissipation by different sl
 
 The mass of the impact is m = m1 m2 / (m1 + m2) of two masses m1 and m2, and m1 for a mass m1 and an obstacle at rest.
 
+A `PreloadedContact` has no clearance: a preload presses two bodies together, such as a footing and the soil.
+
 A contact needs the rate of deformation, so that a spring of a `LumpedStructure` can have it, but not a storey.
 
 Sources: Anagnostopoulos (1988), Jankowski (2005), Muthukumar and DesRoches (2006), and Ye, Li and Zhu (2009), all in
@@ -22,7 +24,7 @@ from numpy.typing import ArrayLike
 
 from warpdyn.engine.laws.contacts.contact import Contact
 from warpdyn.engine.laws.devices.parameters import CLEARANCE, CONTACT_STIFFNESS
-from warpdyn.engine.laws.law import Layout, Values, shared
+from warpdyn.engine.laws.law import Layout, Values, parameter, shared
 from warpdyn.engine.laws.parameter import Parameter
 
 HERTZ_STIFFNESS = Parameter("N m-1.5", "Hertz stiffness of the contact", low=0.0)
@@ -264,6 +266,43 @@ class MuthukumarDesRochesContact(_HertzDampContact):
     @classmethod
     def damping_factor(cls, restitution: np.ndarray) -> np.ndarray:
         return muthukumar_des_roches_factor(restitution)
+
+
+class PreloadedContact(Contact):
+    """A spring and a dashpot without tension, pressed together by a preload N: F = min(k d + c d', N).
+
+    The deformation d is positive in separation, and 0 under the preload; k is the stiffness of the spring. F is the
+    change of the contact force: the contact is pressed together by N - F, which is 0 after the lift-off at d = N / k.
+    Two bodies that lift off have no stiffness and no dashpot until they touch again. The force is continuous, so that
+    errors are proportional to the square of the step.
+
+    Example:
+        >>> wd.Spring("edge", {"heave": 1.0, "rocking": 5.0}, law=wd.laws.PreloadedContact(preload=2e6), stiffness=1e9)
+        Spring('edge', {'heave': 1.0, 'rocking': 5.0}, law='preloaded_contact', stiffness=1000000000.0)
+    """
+
+    preload: ArrayLike = parameter("N", "compression of the contact at rest", low=0.0, low_open=True)
+    contact_damping: ArrayLike = parameter("N s m-1", "coefficient of the contact's dashpot", low=0.0, default=0.0)
+
+    is_device = False  # the stiffness of the spring is that of the contact
+    rows = {"preloaded_contact": DAMPED}
+
+    @staticmethod
+    def named_coefficients(p: Values, row: str) -> dict[str, np.ndarray]:
+        return {
+            "clearance": p["preload"] / p["stiffness"],
+            "stiffness": p["stiffness"],
+            "damping": p["contact_damping"],
+        }
+
+    @classmethod
+    def is_sensitive(cls, p: Values) -> bool:
+        """Return False: the contact rebounds softly, without an impact."""
+        return False
+
+    @classmethod
+    def steepest_damping(cls, p: Values) -> np.ndarray:
+        return p["contact_damping"]
 
 
 def _hertz_slope(p: Values) -> np.ndarray:

@@ -9,6 +9,7 @@ import numpy as np
 
 from warpdyn.foundations.core.checks import check_kind, one_of, real_number
 from warpdyn.foundations.core.near_misses import suggests_names, with_suggestions
+from warpdyn.foundations.core.units import STANDARD_GRAVITY
 from warpdyn.model.structures.builders.changed_structures import (
     arguments_after,
     lumped,
@@ -17,12 +18,15 @@ from warpdyn.model.structures.builders.changed_structures import (
     with_group,
 )
 from warpdyn.model.structures.builders.flexural_shear_building import FlexuralShearBuilding
-from warpdyn.model.structures.lumped.foundations.footing import RectangularFooting, Soil, check_footing
-from warpdyn.model.structures.lumped.foundations.pais_kausel import (
-    pais_kausel_impedance,
-    pais_kausel_stiffness,
+from warpdyn.model.structures.lumped.foundations.footing import (
+    CircularFooting,
+    RectangularFooting,
+    Soil,
+    check_footing,
 )
+from warpdyn.model.structures.lumped.foundations.impedance import Impedance
 from warpdyn.model.structures.lumped.foundations.period_on_soil import period_ratio_on_soil
+from warpdyn.model.structures.lumped.foundations.uplift import FoundationUplift
 from warpdyn.model.structures.lumped.spring import Spring
 from warpdyn.model.structures.lumped.structure import LumpedStructure
 from warpdyn.model.structures.shear_building import ShearBuilding
@@ -41,6 +45,7 @@ class FoundationSprings:
         rocking_stiffness: Rocking stiffness [N m].
         sway_dashpot: Coefficient of the horizontal dashpot [N s/m], 0 or above.
         rocking_dashpot: Coefficient of the rocking dashpot [N m s], 0 or above.
+        vertical_stiffness: Vertical stiffness [N/m], for a footing that may lift off; None: unknown.
 
     Raises:
         ValueError: If a value is not finite or is out of its range.
@@ -54,42 +59,51 @@ class FoundationSprings:
     rocking_stiffness: float
     sway_dashpot: float = 0.0
     rocking_dashpot: float = 0.0
+    vertical_stiffness: float | None = None
 
     def __post_init__(self) -> None:
         for name, units in (("sway_stiffness", "N/m"), ("rocking_stiffness", "N m")):
             object.__setattr__(self, name, real_number(f"{name} [{units}]", getattr(self, name), above=0))
         for name, units in (("sway_dashpot", "N s/m"), ("rocking_dashpot", "N m s")):
             object.__setattr__(self, name, real_number(f"{name} [{units}]", getattr(self, name), least=0))
+        if self.vertical_stiffness is not None:
+            stiffness = real_number("vertical_stiffness [N/m]", self.vertical_stiffness, above=0)
+            object.__setattr__(self, "vertical_stiffness", stiffness)
 
 
 @suggests_names
 def foundation_springs(
     structure: LumpedStructure | ShearBuilding,
-    footing: RectangularFooting,
+    footing: RectangularFooting | CircularFooting,
     soil: Soil,
     *,
     direction: str = "width",
     soil_damping_ratio: float = 0.0,
     rocking_dashpot: float | None = None,
+    trapped_inertia: float | None = None,
     floor_heights: Mapping[str, float] | None = None,
 ) -> FoundationSprings:
-    """Return the springs and dashpots of Pais and Kausel for a structure on a rectangular footing.
+    """Return the springs and dashpots of a structure's footing: of Pais and Kausel, or of cone models for a disk.
 
     Impedances depend on the frequency. They are evaluated at 2 pi / T~, where T~ = T sqrt(1 + k / K_x + k h^2 / K_r) is
     the period on soil with the static stiffnesses K_x and K_r, and k and h are the stiffness and the height of the
-    structure's first mode. The base rocks about its centre; coupling between sway and rocking is neglected.
+    structure's first mode. The base rocks about its centre; coupling between sway and rocking is neglected. The
+    vertical stiffness, for `wd.FoundationUplift`, is the static one.
 
     Sources: Pais and Kausel (1988), "Approximate formulas for dynamic stiffnesses of rigid foundations"; Veletsos and
-    Meek (1974), "Dynamic behaviour of building-foundation systems"; NIST GCR 12-917-21 (2012).
+    Meek (1974), "Dynamic behaviour of building-foundation systems"; NIST GCR 12-917-21 (2012); Wolf and Deeks (2004),
+    "Foundation vibration analysis: a strength-of-materials approach".
 
     Args:
         structure: The structure on a fixed base.
-        footing: The footing.
+        footing: The footing; a `CircularFooting` has the impedance of cone models.
         soil: The soil.
         direction: Direction of the motion: along the "width" or the "length" of the footing.
         soil_damping_ratio: Hysteretic damping of the soil [1], which adds 2 beta_s K / omega to both dashpots.
         rocking_dashpot: Coefficient of the rocking dashpot by radiation [N m s]; None: that of Pais and Kausel, which
-            exists only for a footing at the surface.
+            exists only for a footing at the surface, or that of the cone.
+        trapped_inertia: Moment of inertia of the soil that moves with a disk that rocks [kg m2], 0 or above; only for a
+            `CircularFooting` on soil with a Poisson's ratio above 1/3.
         floor_heights: Height of each degree of freedom above the base of the footing [m]; None: the floor heights of a
             ShearBuilding or FlexuralShearBuilding.
 
@@ -97,8 +111,8 @@ def foundation_springs(
         The springs and dashpots.
 
     Raises:
-        ValueError: If a value is out of its range, floor heights are unknown, or the footing is embedded and
-            `rocking_dashpot` is missing.
+        ValueError: If a value is out of its range, floor heights are unknown, the footing is embedded and
+            `rocking_dashpot` is missing, or `trapped_inertia` is missing or has no effect.
         TypeError: If an argument is of another class.
 
     Example:
@@ -107,17 +121,18 @@ def foundation_springs(
         >>> f"{springs.sway_stiffness:.4g} N/m, {springs.rocking_stiffness:.4g} N m"
         '1.805e+09 N/m, 7.756e+10 N m'
     """
-    check_footing("foundation_springs", footing, soil)
+    check_footing("foundation_springs", footing, soil, can_be_circular=True)
     one_of("direction", direction, MODES)
     damping = real_number("soil_damping_ratio", soil_damping_ratio, least=0)
+    impedance = Impedance(footing, soil, trapped_inertia)
     whole = _in_one_direction("foundation_springs", structure)
     heights = _heights("foundation_springs", structure, whole, floor_heights)
     mass, height, period = _first_mode(whole, heights)
     sway, rocking = MODES[direction]
-    static = pais_kausel_stiffness(footing, soil)
+    static = impedance.at_rest()
     stiffness = (2 * np.pi / period) ** 2 * mass
     omega = 2 * np.pi / (period * period_ratio_on_soil(stiffness, height, static[sway], static[rocking]))
-    springs, dashpots = pais_kausel_impedance(footing, soil, omega)
+    springs, dashpots = impedance.at(omega)
     if rocking_dashpot is None and rocking not in dashpots:
         raise ValueError(
             "rocking_dashpot is missing: no confirmed formula exists for the radiation of an embedded footing that "
@@ -126,10 +141,11 @@ def foundation_springs(
     by_radiation = dashpots.get(rocking, 0.0) if rocking_dashpot is None else rocking_dashpot
     of_soil = 2 * damping / omega
     return FoundationSprings(
-        float(springs[sway]),
-        float(springs[rocking]),
-        float(dashpots[sway] + of_soil * springs[sway]),
-        float(by_radiation + of_soil * springs[rocking]),
+        springs[sway],
+        springs[rocking],
+        dashpots[sway] + of_soil * springs[sway],
+        by_radiation + of_soil * springs[rocking],
+        static["z"],
     )
 
 
@@ -140,9 +156,10 @@ def structure_on_soil(
     *,
     foundation_mass: float,
     rocking_inertia: float,
+    uplift: FoundationUplift | None = None,
     floor_heights: Mapping[str, float] | None = None,
 ) -> LumpedStructure:
-    """Return a structure on a foundation that sways and rocks.
+    """Return a structure on a foundation that sways and rocks, and may lift off the soil.
 
     Degrees of freedom: those of the structure, which become displacements relative to the free-field ground, then
     "sway" [m] and "rocking" [rad] of the foundation. Springs: those of the structure, then "sway" and "rocking". Both
@@ -151,12 +168,19 @@ def structure_on_soil(
     whole displacement, including that by rocking. Inherent damping of the structure becomes a constant matrix for
     motion relative to the base, so that `damping_ratio` cannot be random.
 
+    With `uplift`, the footing also moves vertically: the degree of freedom "heave" [m] is its upward displacement from
+    the settlement under the weight. Vertical contacts (`wd.laws.PreloadedContact`), "contact 1" and so on, replace the
+    spring "rocking". Until the first lift-off the response is that without uplift; the contacts share the rocking
+    dashpot in proportion to their stiffness. The mass of "heave" is that of structure and foundation. The ground
+    does not move vertically, and the footing does not slide.
+
     Args:
         structure: The structure on a fixed base, in one horizontal direction.
         springs: Springs and dashpots of the foundation, such as those of `wd.foundation_springs`.
         foundation_mass: Mass of the foundation [kg].
         rocking_inertia: Moment of inertia of the foundation about the centre of its base, plus those of the floors
             about their own axes [kg m2].
+        uplift: How the footing may lift off; None: it does not. `springs` must have a `vertical_stiffness`.
         floor_heights: Height of each degree of freedom above the base of the footing [m], {name: height}; None: the
             floor heights of a ShearBuilding or FlexuralShearBuilding.
 
@@ -164,8 +188,8 @@ def structure_on_soil(
         The structure on soil.
 
     Raises:
-        ValueError: If a value is out of its range, floor heights are unknown, or the structure has several components
-            of base motion, or a load mass.
+        ValueError: If a value is out of its range, floor heights are unknown, the structure has several components
+            of base motion or a load mass, or `vertical_stiffness` is missing.
         TypeError: If an argument is of another class.
 
     Example:
@@ -186,39 +210,67 @@ def structure_on_soil(
             "structure_on_soil(): the structure has a load_mass: add inerters after it is put on soil, with "
             "wd.with_absorber(wd.structure_on_soil(...), ...)"
         )
-    taken = [name for name in BASE if name in whole.dof_names or name in whole.names_along("spring")]
+    base = BASE if uplift is None else (*BASE, "heave")
+    own = _springs_of_base(springs, uplift, STANDARD_GRAVITY * (_moving_mass(whole) + base_mass))
+    new_names = {*base, *(spring.name for spring in own)}
+    taken = [name for name in (*whole.dof_names, *whole.names_along("spring")) if name in new_names]
     if taken:
         raise ValueError(f"structure_on_soil(): the structure already has the name {taken[0]!r}: rename it")
     influence = whole.influence[:, 0]
-    dofs = (*whole.dof_names, *BASE)
-    relative = np.column_stack([np.eye(whole.dofs), -influence, -heights * influence])
+    dofs = (*whole.dof_names, *base)
+    none = np.zeros((whole.dofs, len(base) - len(BASE)))
+    relative = np.column_stack([np.eye(whole.dofs), -influence, -heights * influence, none])
     arguments = arguments_after(whole, dofs, relative)
     if "geometric_stiffness" in arguments:
         # Gravity acts on the whole displacement, less that of the base.
-        drifting = np.column_stack([np.eye(whole.dofs), -influence, np.zeros(whole.dofs)])
+        drifting = np.column_stack([np.eye(whole.dofs), -influence, np.zeros(whole.dofs), none])
         arguments["geometric_stiffness"] = drifting.T @ whole.matrices["geometric_stiffness"] @ drifting
-    arguments["groups"] = with_group(whole, "soil", *BASE)
+    arguments["groups"] = with_group(whole, "soil", *dict.fromkeys([*base, *(spring.name for spring in own)]))
     if "rotations" in arguments:
         arguments["rotations"] = [*arguments["rotations"], "rocking"]
     mass = whole_mass(whole)
     masses = whole.parameters["mass"]
     coupling = np.zeros((len(dofs), len(dofs)))
     coupling[: whole.dofs, : whole.dofs] = mass - np.diag(masses)
-    arguments["springs"] += [
+    arguments["springs"] += own
+    of_base = [base_mass, inertia, _moving_mass(whole) + base_mass][: len(base)]
+    return LumpedStructure(
+        dict(zip(dofs, [*masses.tolist(), *of_base], strict=True)),
+        influence={**dict(zip(whole.dof_names, influence.tolist(), strict=True)), "sway": 1.0},
+        mass_matrix=coupling if coupling.any() else None,
+        **arguments,
+    )
+
+
+def _moving_mass(structure: LumpedStructure) -> float:
+    """Return the mass that moves with a unit displacement of the base [kg]."""
+    influence = structure.influence[:, 0]
+    return float(influence @ whole_mass(structure) @ influence)
+
+
+def _springs_of_base(springs: FoundationSprings, uplift: FoundationUplift | None, weight: float) -> list[Spring]:
+    """Return the springs between the foundation and the ground; `weight` is that of all masses [N]."""
+    if uplift is not None:
+        check_kind("structure_on_soil", "a FoundationUplift", uplift, FoundationUplift, argument="uplift")
+    found = [
         Spring(
             name,
             {name: 1.0},
             stiffness=getattr(springs, f"{name}_stiffness"),
             damping_coefficient=getattr(springs, f"{name}_dashpot"),
         )
-        for name in BASE
+        for name in (BASE if uplift is None else BASE[:1])
     ]
-    return LumpedStructure(
-        dict(zip(dofs, [*masses.tolist(), base_mass, inertia], strict=True)),
-        influence={**dict(zip(whole.dof_names, influence.tolist(), strict=True)), "sway": 1.0},
-        mass_matrix=coupling if coupling.any() else None,
-        **arguments,
-    )
+    if uplift is None:
+        return found
+    if springs.vertical_stiffness is None:
+        raise ValueError(
+            "structure_on_soil(): uplift= needs the vertical stiffness of the foundation: give "
+            "wd.FoundationSprings(..., vertical_stiffness=...) in N/m, or the result of wd.foundation_springs"
+        )
+    of_rocking = (springs.rocking_stiffness, springs.rocking_dashpot)
+    given = weight if uplift.weight is None else uplift.weight
+    return found + uplift.contacts(springs.vertical_stiffness, *of_rocking, given)
 
 
 def _in_one_direction(function: str, structure: LumpedStructure | ShearBuilding) -> LumpedStructure:

@@ -33,8 +33,9 @@ def contact_class(what: str, given: object) -> type[StoreyElement]:
             f"{what} is the object {shortened(given)}, which has a clearance: give the name {type(given).name!r}, "
             "and its parameters except clearance= as arguments"
         )
-    known = {OneSidedGap.name: OneSidedGap, **CONTACTS}
-    if isinstance(given, type) and issubclass(given, Contact | OneSidedGap):
+    # Bodies with a clearance between them are not pressed together.
+    known = {OneSidedGap.name: OneSidedGap, **{name: each for name, each in CONTACTS.items() if each.is_device}}
+    if isinstance(given, type) and issubclass(given, Contact | OneSidedGap) and given.is_device:
         return given
     if isinstance(given, str) and given in known:
         return cast(type[StoreyElement], known[given])

@@ -86,6 +86,28 @@ class RectangularFooting:
 
 @with_suggestions
 @dataclass(frozen=True)
+class CircularFooting:
+    """A rigid disk at the surface, whose springs and dashpots are those of cone models.
+
+    Args:
+        radius: Radius [m].
+
+    Raises:
+        ValueError: If the radius is not finite or not above 0.
+
+    Example:
+        >>> wd.CircularFooting(5.0).radius
+        5.0
+    """
+
+    radius: float
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "radius", real_number("radius [m]", self.radius, above=0))
+
+
+@with_suggestions
+@dataclass(frozen=True)
 class Soil:
     """A homogeneous linear half-space of soil.
 
@@ -156,9 +178,16 @@ class Soil:
         return 3.4 * self.shear_wave_velocity / (np.pi * (1 - self.poisson_ratio))
 
 
-def check_footing(function: str, footing: object, soil: object = None) -> None:
-    """Raise a TypeError if the arguments of a function are not a RectangularFooting and a Soil (None: not given)."""
-    if not isinstance(footing, RectangularFooting):
+def check_footing(function: str, footing: object, soil: object = None, *, can_be_circular: bool = False) -> None:
+    """Raise a TypeError if the arguments of a function are not a RectangularFooting and a Soil (None: not given).
+
+    Args:
+        function: Name of the function.
+        footing: The footing.
+        soil: The soil.
+        can_be_circular: Whether the footing may be a CircularFooting.
+    """
+    if not isinstance(footing, RectangularFooting) and not (can_be_circular and isinstance(footing, CircularFooting)):
         raise TypeError(
             f"{function}() takes a RectangularFooting, got {type(footing).__name__}; give footing="
             "RectangularFooting(half_length, half_width)"

@@ -1,0 +1,1 @@
+"""Searches for equilibrium in pushover analyses: chains of storeys, and lumped structures."""

@@ -1,0 +1,155 @@
+"""Device functions of the bilinear law of Ibarra, Medina and Krawinkler without deterioration, for hinges of frames.
+
+The rules are those of `bilinear_rules.py` with infinite energy capacities, without branches, so that a CPU evaluates
+16 samples at once. The line that replaces a hardening line that is too steep is omitted: `applies` finds parameters
+for which it cannot occur.
+"""
+
+import enum
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import warp as wp
+
+from warpdyn.engine.laws.ibarra_medina_krawinkler.deterioration import on_lines
+from warpdyn.engine.laws.ibarra_medina_krawinkler.parameters import Coefficient as C, IbarraMedinaKrawinklerBilinear
+from warpdyn.engine.laws.law import Layout
+from warpdyn.engine.laws.row_functions import kept_force
+from warpdyn.engine.laws.spring import Spring
+from warpdyn.engine.laws.springs import Variant
+
+NAME = "ibarra_medina_krawinkler_capped"
+GENERAL = "ibarra_medina_krawinkler_bilinear"
+CAPACITIES = ("strength_deterioration_drift", "post_capping_deterioration_drift", "unloading_deterioration_drift")
+FARTHEST_TURN = 0.2  # largest plastic rotation [rad] at which the rules are complete, if the ultimate drift is larger
+
+
+class M(Layout):
+    """Memory of a hinge; drifts and forces are divided by yield drift and yield force."""
+
+    DRIFT = enum.auto()
+    FORCE = enum.auto()
+    STIFFNESS_LOSS = enum.auto()  # 0.5 after the hinge has turned back from the residual force
+    STATE = enum.auto()  # 1 after the residual force was reached; plus 4 on a backbone
+    LOST_ABOVE = enum.auto()  # 1 if the strength of the positive side is lost
+    LOST_BELOW = enum.auto()
+
+
+@wp.func
+def capped_follow(drift: Any, memory: Any, c: Any):
+    """Return the memory after a step, and the slope in yield forces per yield drift."""
+    zero = type(drift)(0.0)
+    one = type(drift)(1.0)
+    half = type(drift)(0.5)
+    four = type(drift)(4.0)
+    u = drift * c[C.INVERSE_YIELD_DRIFT]
+    moving = u != memory[M.DRIFT]
+    up = u > memory[M.DRIFT] or (u == memory[M.DRIFT] and memory[M.FORCE] >= zero)
+    side = wp.where(up, one, -one)
+    x = side * u
+    x_before = side * memory[M.DRIFT]
+    f_before = side * memory[M.FORCE]
+    was_on_backbone = memory[M.STATE] >= four
+    seen = wp.where(was_on_backbone, memory[M.STATE] - four, memory[M.STATE])
+    lost = wp.where(up, memory[M.LOST_ABOVE], memory[M.LOST_BELOW])
+    other_lost = wp.where(up, memory[M.LOST_BELOW], memory[M.LOST_ABOVE])
+    turns = moving and was_on_backbone and (f_before < zero or (f_before == zero and x_before <= zero))
+    loss = wp.where(turns and seen > half, half, memory[M.STIFFNESS_LOSS])
+    on_backbone = was_on_backbone and not turns
+    stiffness = one - loss
+    force = f_before + stiffness * (x - x_before)
+    residual = c[C.RESIDUAL_FORCE]
+    falling = c[C.FALLING_SLOPE] * (one - residual)
+    slope = c[C.HARDENING_SLOPE]
+    bound, tangent = on_lines(x, one - slope, slope, c[C.CAPPING_HEIGHT], falling, residual)
+    any_lost = lost + other_lost > half
+    bound = wp.where(any_lost, wp.where(lost > half, zero, residual), bound)
+    tangent = wp.where(any_lost, zero, tangent)
+    meets = moving and force > bound
+    tangent = wp.where(not meets and (moving or not on_backbone), stiffness, tangent)
+    force = wp.where(meets, bound, force)
+    on_backbone = on_backbone or meets
+    at_residual = wp.where(falling > zero, c[C.CAPPING_HEIGHT] - falling * x <= residual, force == residual)
+    loses = moving and (x >= c[C.ULTIMATE_DRIFT] or (on_backbone and force <= zero))
+    force = wp.where(loses, zero, force)
+    tangent = wp.where(loses, zero, tangent)
+    lost = wp.where(loses, one, lost)
+    seen = wp.where(at_residual or lost + other_lost > half, one, seen)
+    after = type(memory)()
+    after[M.DRIFT] = u
+    after[M.FORCE] = side * force
+    after[M.STIFFNESS_LOSS] = loss
+    after[M.STATE] = wp.where(on_backbone, seen + four, seen)
+    after[M.LOST_ABOVE] = wp.where(up, lost, other_lost)
+    after[M.LOST_BELOW] = wp.where(up, other_lost, lost)
+    return after, tangent
+
+
+@wp.func
+def capped_force(drift: Any, memory: Any, c: Any):
+    after, _tangent = capped_follow(drift, memory, c)
+    return c[C.YIELD_FORCE] * after[M.FORCE]
+
+
+@wp.func
+def capped_return_mapping(drift: Any, memory: Any, c: Any):
+    after, _tangent = capped_follow(drift, memory, c)
+    return after
+
+
+@wp.func
+def capped_memory_after(drift: Any, increment: Any, memory: Any, c: Any):
+    after, _tangent = capped_follow(drift, memory, c)
+    return after
+
+
+@wp.func
+def capped_tangent(drift: Any, increment: Any, before: Any, after: Any, c: Any):
+    _after, slope = capped_follow(drift, before, c)
+    return slope * c[C.INVERSE_YIELD_DRIFT] * c[C.YIELD_FORCE]
+
+
+@wp.func
+def capped_elastic_energy(drift: Any, memory: Any, c: Any):
+    force = memory[M.FORCE]
+    stiffness = type(drift)(1.0) - memory[M.STIFFNESS_LOSS]
+    return type(drift)(0.5) * force * force / stiffness * c[C.YIELD_FORCE] / c[C.INVERSE_YIELD_DRIFT]
+
+
+SPRINGS = {
+    NAME: Spring(
+        capped_force,
+        capped_return_mapping,
+        capped_elastic_energy,
+        coefficients=int(C.STRENGTH_CAPACITY),
+        tangent=capped_tangent,
+        memory=len(M),
+        memory_after=capped_memory_after,
+        force_at_accepted_state=kept_force,
+    )
+}
+
+
+def variant() -> Variant:
+    """Return the variant, which reads the first coefficients of the general one."""
+    return Variant(NAME, C.names(C.STRENGTH_CAPACITY), __name__)
+
+
+def applies(p: Mapping[str, np.ndarray]) -> bool:
+    """Return whether hinges do not deteriorate, and their hardening lines cannot be too steep.
+
+    A hardening line is too steep if it is below the residual force where the force changes its sign.
+
+    Args:
+        p: Parameters of the hinges, shape [structure, hinge].
+    """
+    if any(np.any(p[name] > 0) for name in CAPACITIES):
+        return False
+    found = IbarraMedinaKrawinklerBilinear.named_coefficients(p, GENERAL)
+    slope, residual = found["hardening_slope"], found["residual_force"]
+    falling = found["falling_slope"] * (1 - residual)
+    cap_drift = (found["capping_height"] - (1 - slope)) / (slope + falling)
+    cap_force = 1 + slope * (cap_drift - 1)
+    farthest = np.minimum(found["ultimate_drift"], FARTHEST_TURN * found["inverse_yield_drift"])
+    return bool(np.all(slope * (cap_drift + farthest) <= cap_force - residual))
