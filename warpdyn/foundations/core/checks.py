@@ -132,8 +132,9 @@ def real_numbers(what: str, values: ArrayLike, units: str | None = None) -> np.n
         ValueError: If the values contain truth values, text, dates, complex numbers, masked values or rows of different
             lengths, or are a range longer than LONGEST_ROW.
     """
-    if isinstance(values, range) and len(values) > LONGEST_ROW:
-        raise ValueError(f"{what} must have at most {LONGEST_ROW} values, got {values!r}")
+    for each in values if isinstance(values, list | tuple) else (values,):
+        if isinstance(each, range) and len(each) > LONGEST_ROW:
+            raise ValueError(f"{what} must have at most {LONGEST_ROW} values, got {each!r}")
     values = without_units(what, values, units)
     refuse_masked(what, values)
     try:
