@@ -10,7 +10,7 @@ import xarray as xr
 from warpdyn.campaigns.reductions.limits import DRIFT, DamageLimits, magnitudes
 from warpdyn.campaigns.running.selections import check_one_unit
 from warpdyn.foundations.core.near_misses import did_you_mean
-from warpdyn.foundations.core.output_variables import COLLAPSED, OK
+from warpdyn.foundations.core.output_variables import COLLAPSED, OK, STATUS_MEANINGS
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,6 +38,21 @@ def refuse_portfolio(function: str, dataset: xr.Dataset, others: str = "") -> No
             "give "
             f"select_archetype(run, name){others}. The names are "
             f"{', '.join(map(repr, dataset['archetype'].values.tolist()))}"
+        )
+
+
+def refuse_failed_samples(function: str, status: np.ndarray) -> None:
+    """Raise a ValueError if a sample is neither ok nor collapsed.
+
+    Args:
+        function: Name of the public function, for the message.
+        status: Outcome of each sample, an index into STATUS_MEANINGS, shape [sample].
+    """
+    failed = ~np.isin(status, (OK, COLLAPSED))
+    if failed.any():
+        raise ValueError(
+            f"{function}: {int(failed.sum())} of {status.size} samples failed; the first is sample "
+            f"{int(failed.argmax())} with the status {STATUS_MEANINGS[status[failed.argmax()]]!r}: use a shorter step"
         )
 
 

@@ -7,8 +7,8 @@ from collections.abc import Mapping
 
 import numpy as np
 import xarray as xr
-from scipy.special import stdtrit
 
+from warpdyn.answers.fragility.intervals.student_t import jackknife_half_width
 from warpdyn.answers.fragility.lognormal_fit import check_confidence
 from warpdyn.answers.sensitivity.structure_outputs import STRUCTURE, outputs_of
 from warpdyn.campaigns.reductions.limits import DRIFT, Limit
@@ -132,9 +132,8 @@ def _with_half_width(drawn: np.ndarray, values: np.ndarray, confidence: float) -
     count = len(values)
     group = np.random.default_rng(0).permutation(count) % min(count, MOST_GROUPS)
     groups = int(group.max()) + 1
-    left = np.array([_ratios(drawn[:, group != each], values[group != each]) for each in range(groups)])
-    error = np.sqrt((groups - 1) / groups * np.sum((left - left.mean(axis=0)) ** 2, axis=0))
-    return _ratios(drawn, values), stdtrit(groups - 1, 0.5 + confidence / 2) * error
+    left = [_ratios(drawn[:, group != each], values[group != each]) for each in range(groups)]
+    return _ratios(drawn, values), jackknife_half_width(left, confidence)
 
 
 def _ratios(drawn: np.ndarray, values: np.ndarray) -> np.ndarray:

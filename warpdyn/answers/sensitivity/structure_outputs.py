@@ -11,7 +11,7 @@ import numpy as np
 import xarray as xr
 
 from warpdyn.answers.fragility.curve_variables import variable
-from warpdyn.answers.fragility.demands import checked_demand, damage_of, refuse_portfolio
+from warpdyn.answers.fragility.demands import checked_demand, damage_of, refuse_failed_samples, refuse_portfolio
 from warpdyn.answers.fragility.estimators.table import estimator_of
 from warpdyn.answers.fragility.lognormal_fit import FIT_MEANINGS
 from warpdyn.answers.fragility.reduced_counts import limits_of
@@ -19,7 +19,7 @@ from warpdyn.answers.fragility.stripe_counts import decoded_status
 from warpdyn.campaigns.reductions.limits import Limit
 from warpdyn.campaigns.running.selections import without_added_places
 from warpdyn.foundations.core.checks import check_dataset
-from warpdyn.foundations.core.output_variables import COLLAPSED, OK, STATUS_MEANINGS, STRIPED
+from warpdyn.foundations.core.output_variables import COLLAPSED, STRIPED
 from warpdyn.foundations.core.units import unit_attributes
 
 LEVEL, MOTION, STRUCTURE = "im_level", "motion_index", "structure"
@@ -119,12 +119,7 @@ def outputs_of(function: str, run: xr.Dataset, demand: str, limits: Mapping[str,
         raise ValueError(f"{function}: the run needs single samples of one event: use a run without statistics")
     run = without_added_places(run)
     status = decoded_status(run["status"])
-    failed = ~np.isin(status, (OK, COLLAPSED))
-    if failed.any():
-        raise ValueError(
-            f"{function}: {int(failed.sum())} of {status.size} samples failed; the first is sample "
-            f"{int(failed.argmax())} with the status {STATUS_MEANINGS[status[failed.argmax()]]!r}: use a shorter step"
-        )
+    refuse_failed_samples(function, status)
     has_levels = LEVEL in run and run[LEVEL].attrs.get("design") == STRIPED
     nothing = np.zeros(status.size)
     structures, structure = np.unique(run[STRUCTURE].values if STRUCTURE in run else nothing, return_inverse=True)

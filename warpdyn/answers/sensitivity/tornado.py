@@ -6,8 +6,9 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 import xarray as xr
-from scipy.special import ndtri, stdtrit
+from scipy.special import ndtri
 
+from warpdyn.answers.fragility.intervals.student_t import jackknife_half_width
 from warpdyn.answers.fragility.lognormal_fit import check_confidence
 from warpdyn.answers.sensitivity.inputs import inputs_of
 from warpdyn.answers.sensitivity.structure_outputs import outputs_of
@@ -95,8 +96,7 @@ def tornado(
             each = outputs.without(motion)
             with np.errstate(divide="ignore", invalid="ignore"):
                 left.append(np.log(each[1:].reshape(both.shape) / each[0]))
-        error = np.sqrt((motions - 1) / motions * np.sum((left - np.mean(left, axis=0)) ** 2, axis=0))
-        half = stdtrit(motions - 1, 0.5 + confidence / 2) * error
+        half = jackknife_half_width(left, confidence)
         bounds = np.array([ratio * np.exp(-half), ratio * np.exp(half)])
     of_output, name = {"units": outputs.attributes["units"]}, outputs.attributes["long_name"]
     dims = "input", "bound"

@@ -7,18 +7,18 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
-from scipy.special import stdtr, stdtrit
+from scipy.special import stdtr
 
 from warpdyn.answers.fragility.curve_variables import variable
+from warpdyn.answers.fragility.intervals.student_t import jackknife_half_width
 from warpdyn.answers.fragility.lognormal_fit import check_confidence
+from warpdyn.answers.risk.measures.regression import CONSTANT, LEAST_MOTIONS, regression_line
 from warpdyn.answers.risk.measures.samples import measured
 from warpdyn.campaigns.reductions.limits import DRIFT
 from warpdyn.foundations.core.checks import finite_numbers
 from warpdyn.foundations.core.near_misses import suggests_names
 from warpdyn.model.ground_motions.measures.measure import IntensityMeasure
 from warpdyn.model.ground_motions.motions import GroundMotion
-
-LEAST_MOTIONS = 4
 
 
 @suggests_names
@@ -71,29 +71,39 @@ def compare_measures(
     """
     name = "compare_measures"
     check_confidence(confidence)
+    _check_measures(name, measures)
     found = measured(name, run, motions, measures)
-    worst, count = found.worst(name, demand), run.sizes["motion"]
+    worst, count, with_samples = found.worst(name, demand), run.sizes["motion"], np.unique(found.motion)
     if not (worst > 0).all():
         missing = int((~(worst > 0)).sum())
         raise ValueError(
             f"{name}: {missing} of {worst.size} samples collapsed or have a demand of 0, which has no logarithm: run "
             "weaker motions, or use fragility_of_cloud"
         )
-    if count < LEAST_MOTIONS:
-        raise ValueError(f"{name} needs at least {LEAST_MOTIONS} motions, got {count}")
+    if with_samples.size < LEAST_MOTIONS:
+        raise ValueError(
+            f"{name} needs samples of at least {LEAST_MOTIONS} motions, got {with_samples.size}: give a run under more "
+            "motions"
+        )
     known = {}
     for key, given in (covariates or {}).items():
         values = finite_numbers(f"covariates[{key!r}]", given)
-        if values.shape != (count,) or np.ptp(values) == 0:
+        if values.shape != (count,) or np.ptp(values[with_samples]) == 0:
             raise ValueError(
                 f"covariates[{key!r}] must be a row of {count} numbers, one for each motion and not all equal, got "
                 f"shape {values.shape}"
             )
         known[key] = values
     y, logarithms = np.log(worst), np.log(found.intensities)
+    for measure, row in zip(measures, logarithms, strict=True):
+        if np.ptp(row) < CONSTANT:
+            raise ValueError(
+                f"{name}: {measure.name} is {np.exp(row[0]):.4g} {measure.level_units} in all samples, so that no line "
+                "can be fitted: remove it from measures=, or give a run under a Cloud or with several levels"
+            )
     rows = np.array([regression_line(x, y) for x in logarithms])
-    error = _jackknife_errors(logarithms, y, found.motion)
-    half = stdtrit(count - 1, 0.5 + confidence / 2) * error
+    left = [_logarithms_without(each, logarithms, y, found.motion) for each in with_samples]
+    half = jackknife_half_width(left, confidence)
     slope, intercept, deviation, determination = rows.T
     logs = np.log([deviation, np.where(slope > 0, deviation / np.abs(slope), np.nan)])
     result = {
@@ -120,29 +130,39 @@ def compare_measures(
     }
     if known:
         coordinates["covariate"] = ("covariate", list(known), {"long_name": "property of the motions"})
-    return xr.Dataset(result, coordinates, {"demand": demand, "confidence": float(confidence), "motions": count})
+    return xr.Dataset(
+        result, coordinates, {"demand": demand, "confidence": float(confidence), "motions": with_samples.size}
+    )
 
 
-def regression_line(x: np.ndarray, y: np.ndarray) -> tuple[float, float, float, float]:
-    """Return slope, intercept, standard deviation of the residuals and R squared of a least-squares line."""
-    offset, centred = x - x.mean(), y - y.mean()
-    slope = float(offset @ centred / (offset @ offset))
-    remaining = centred - slope * offset
-    deviation = float(np.sqrt(remaining @ remaining / (x.size - 2)))
-    return slope, float(y.mean() - slope * x.mean()), deviation, float(1 - remaining @ remaining / (centred @ centred))
+def _check_measures(function: str, measures: Sequence[IntensityMeasure]) -> None:
+    """Raise an error unless `measures` is a list of at least one measure, without repetitions."""
+    if not isinstance(measures, list | tuple):
+        raise TypeError(
+            f"{function}: measures must be a list of intensity measures, such as [wd.PeakGroundAcceleration()]"
+        )
+    if not measures:
+        raise ValueError(
+            f"{function}: measures= is empty: give intensity measures, such as wd.SpectralAcceleration(1.0)"
+        )
+    for place, each in enumerate(measures):
+        if each in measures[:place]:
+            raise ValueError(f"{function}: {each.name} occurs twice in measures=: remove one of the two")
 
 
-def _jackknife_errors(logarithms: np.ndarray, y: np.ndarray, motion: np.ndarray) -> np.ndarray:
-    """Return standard errors of ln(efficiency) and ln(proficiency) of each measure, shape [2, measure]."""
-    motions = np.unique(motion)
-    left = []
-    for each in motions:
-        kept = motion != each
-        lines = np.array([regression_line(x[kept], y[kept]) for x in logarithms])
-        left.append(np.log([lines[:, 2], lines[:, 2] / np.abs(lines[:, 0])]))
-    spread = np.array(left) - np.mean(left, axis=0)
-    error: np.ndarray = np.sqrt((motions.size - 1) / motions.size * (spread**2).sum(axis=0))
-    return error
+def _logarithms_without(motion: int, logarithms: np.ndarray, y: np.ndarray, motions: np.ndarray) -> np.ndarray:
+    """Return ln(efficiency) and ln(proficiency) of each measure without the samples of one motion, shape [2, measure].
+
+    Args:
+        motion: Index of the motion that is left out.
+        logarithms: Logarithms of the intensities, shape [measure, sample].
+        y: Logarithms of the demands, shape [sample].
+        motions: Index of the motion of each sample, shape [sample].
+    """
+    kept = motions != motion
+    slope, _, deviation, _ = np.array([regression_line(x[kept], y[kept]) for x in logarithms]).T
+    logs: np.ndarray = np.log([deviation, deviation / np.abs(slope)])
+    return logs
 
 
 def _p_value(x: np.ndarray, y: np.ndarray) -> float:

@@ -11,15 +11,13 @@ from warpdyn.answers.fragility.curve_variables import variable
 from warpdyn.answers.fragility.lognormal_fit import check_confidence
 from warpdyn.answers.risk.curves.curve_set import CurveSet
 from warpdyn.answers.risk.integrals.lognormal import LognormalShape
-from warpdyn.answers.risk.measures.comparison import regression_line
+from warpdyn.answers.risk.measures.regression import LEAST_MOTIONS, regression_line
 from warpdyn.foundations.core.checks import check_kind, whole_number
 from warpdyn.foundations.core.near_misses import suggests_names
 from warpdyn.foundations.core.units import unit_attributes
 from warpdyn.model.ground_motions.measures.measure import IntensityMeasure
 from warpdyn.model.ground_motions.measures.names import same_measure
 from warpdyn.model.ground_motions.motions import GroundMotion, checked_motions
-
-LEAST_MOTIONS = 4
 
 
 @suggests_names
@@ -104,7 +102,7 @@ def convert_curves(
     bounds = np.full((2, 2, median.size), np.nan)
     if found.replicate_median is not None and found.replicate_dispersion is not None:
         draws = np.random.default_rng(seed).integers(x.size, size=(len(found.replicate_median), x.size))
-        lines = np.array([regression_line(x[row], y[row])[:3] if np.ptp(x[row]) else (np.nan,) * 3 for row in draws])
+        lines = np.array([regression_line(x[row], y[row])[:3] for row in draws])
         drawn = _in_new_measure(lines, found.replicate_median, found.replicate_dispersion)
         shares = 0.5 - 0.5 * confidence, 0.5 + 0.5 * confidence
         bounds = np.array([np.nanquantile(each, shares, axis=0) for each in drawn])

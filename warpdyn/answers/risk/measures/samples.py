@@ -1,4 +1,4 @@
-"""Intensities of the samples of a run in any intensity measure, and regressions on their logarithms."""
+"""Intensities of the samples of a run in any intensity measure."""
 
 from __future__ import annotations
 
@@ -8,13 +8,15 @@ from dataclasses import dataclass
 import numpy as np
 import xarray as xr
 
-from warpdyn.answers.fragility.demands import checked_demand, refuse_portfolio
+from warpdyn.answers.fragility.demands import checked_demand, refuse_failed_samples, refuse_portfolio
 from warpdyn.answers.fragility.stripe_counts import decoded_status
 from warpdyn.campaigns.running.selections import without_added_places
 from warpdyn.foundations.core.checks import check_dataset
-from warpdyn.foundations.core.output_variables import COLLAPSED, OK, STATUS_MEANINGS
+from warpdyn.foundations.core.output_variables import OK
 from warpdyn.model.ground_motions.measures.measure import IntensityMeasure
 from warpdyn.model.ground_motions.motions import GroundMotion, checked_motions
+
+SAME = 1e-6  # larger relative differences of a step or a peak acceleration mean another motion
 
 
 @dataclass(frozen=True, eq=False)
@@ -70,13 +72,9 @@ def measured(
             f"{function}: motions= must be the {len(names)} motions of the run's scene, in its order, beginning with "
             f"{names[0]!r}, got {len(given)} motions, beginning with {given[0].name!r}"
         )
+    _check_same_motions(function, run, given)
     status, index = decoded_status(run["status"]), run["motion_index"].values.astype(np.int64)
-    failed = status > COLLAPSED
-    if failed.any():
-        raise ValueError(
-            f"{function}: {int(failed.sum())} of {status.size} samples failed; the first is sample "
-            f"{int(failed.argmax())} with the status {STATUS_MEANINGS[status[failed.argmax()]]!r}: use a shorter step"
-        )
+    refuse_failed_samples(function, status)
     factor = run["scale_factor_of_motion"].values if "scale_factor_of_motion" in run.coords else np.ones(status.size)
     values = np.array([each.scaled_levels(factor, each.level_values(given)[index]) for each in measures])
     if not (values > 0).all():
@@ -86,3 +84,22 @@ def measured(
             "logarithms need intensities above 0: leave out this motion"
         )
     return MeasuredSamples(without_added_places(run), status, index, values)
+
+
+def _check_same_motions(function: str, run: xr.Dataset, motions: Sequence[GroundMotion]) -> None:
+    """Raise a ValueError that names the first motion whose step or peak acceleration differs from that of the run."""
+    for name, attribute, words, units in (
+        ("motion_step", "step", "step", "s"),
+        ("motion_peak_acceleration", "peak_ground_acceleration", "peak acceleration", "m/s2"),
+    ):
+        if name not in run:
+            continue
+        given = np.array([getattr(each, attribute) for each in motions])
+        differs = ~np.isclose(given, run[name].values, rtol=SAME, atol=0.0)
+        if differs.any():
+            place = int(differs.argmax())
+            raise ValueError(
+                f"{function}: {motions[place].name!r} in motions= has a {words} of {given[place]:.6g} {units}, but the "
+                f"motion of this name in the run has {float(run[name].values[place]):.6g} {units}: give the motions of "
+                "the run's scene, as they were given to it (not scaled)"
+            )

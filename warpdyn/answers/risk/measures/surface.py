@@ -6,10 +6,11 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 import xarray as xr
-from scipy.special import log_ndtr, ndtr, stdtrit
+from scipy.special import log_ndtr, ndtr
 
 from warpdyn.answers.fragility.curve_variables import variable
 from warpdyn.answers.fragility.demands import damage_of
+from warpdyn.answers.fragility.intervals.student_t import jackknife_half_width
 from warpdyn.answers.fragility.lognormal_fit import check_confidence
 from warpdyn.answers.risk.measures.samples import measured
 from warpdyn.campaigns.reductions.limits import DRIFT, DamageLimits, Limit
@@ -94,16 +95,12 @@ def fragility_surface(
             why = "all or none of the samples exceed it, or the samples are separated"
             remarks.append(f"damage state {label!r} has no surface: {why}. Add motions or levels")
             continue
-        left = np.array(
-            [
-                probit_plane(logarithms[:, found.motion != each], exceeds[found.motion != each], coefficient[state])
-                for each in motion
-            ]
-        )
-        if motion.size > 1:
-            spread = ((left - left.mean(axis=0)) ** 2).sum(axis=0)
-            half = stdtrit(motion.size - 1, 0.5 + confidence / 2) * np.sqrt((motion.size - 1) / motion.size * spread)
-            bounds[:, state] = coefficient[state] - half, coefficient[state] + half
+        left = [
+            probit_plane(logarithms[:, found.motion != each], exceeds[found.motion != each], coefficient[state])
+            for each in motion
+        ]
+        half = jackknife_half_width(left, confidence)
+        bounds[:, state] = coefficient[state] - half, coefficient[state] + half
     warn_of_all(name, remarks)
     axes = [np.geomspace(row.min(), row.max(), _POINTS) for row in found.intensities]
     plane = coefficient[:, 0, None, None] + (
