@@ -11,13 +11,19 @@ from warpdyn.answers.fragility.curve_variables import variable
 from warpdyn.answers.fragility.lognormal_fit import check_confidence
 from warpdyn.answers.risk.curves.curve_set import CurveSet
 from warpdyn.answers.risk.integrals.lognormal import LognormalShape
-from warpdyn.answers.risk.measures.regression import LEAST_MOTIONS, regression_line
+from warpdyn.answers.risk.measures.regression import CONSTANT, LEAST_MOTIONS, regression_line
 from warpdyn.foundations.core.checks import check_kind, whole_number
+from warpdyn.foundations.core.messages import warn_of_all
 from warpdyn.foundations.core.near_misses import suggests_names
 from warpdyn.foundations.core.units import unit_attributes
 from warpdyn.model.ground_motions.measures.measure import IntensityMeasure
 from warpdyn.model.ground_motions.measures.names import same_measure
 from warpdyn.model.ground_motions.motions import GroundMotion, checked_motions
+from warpdyn.model.ground_motions.plausibility import warn_of_implausible_motions
+
+USUAL_SLOPES = 0.3, 3.0  # of the logarithm of one measure over that of another
+LARGEST_INPUT, LARGEST_CONVERTED = 3.0, 1.5  # dispersions [1]; a larger one of the input may be in percent
+FARTHEST = 3.0  # a median farther outside the range of the motions than this factor is an extrapolation
 
 
 @suggests_names
@@ -58,7 +64,12 @@ def convert_curves(
     Raises:
         TypeError: If an argument is of another class.
         ValueError: If curves are not lognormal or of another measure, there are fewer than 4 motions, an intensity is
-            not above 0, or the slope is not above 0.
+            not above 0 or equal for all motions, or the slope is not above 0.
+
+    Warns:
+        UserWarning: If the slope is outside 0.3 to 3, a dispersion of the curves is above 3 or a converted one above
+            1.5, a median is outside the range of the motions by more than a factor of 3, or the peak acceleration of a
+            motion is implausible.
 
     Example:
         >>> new = wd.convert_curves(curves, motions, wd.PeakGroundAcceleration(), wd.SpectralAcceleration(0.05))
@@ -86,11 +97,19 @@ def convert_curves(
             f"{name}: an intensity of {given[int(np.argwhere(~(levels > 0))[0, 1])].name!r} is not above 0"
         )
     x, y = np.log(levels)
+    for each, row in zip((to, measure), (x, y), strict=True):
+        if np.ptp(row) < CONSTANT:
+            raise ValueError(
+                f"{name}: {each.name} is {np.exp(row[0]):.4g} {each.level_units} for all {row.size} motions: give "
+                "motions as they were recorded, not scaled to one level"
+            )
     slope, intercept, deviation, _ = regression_line(x, y)
     if not slope > 0:
         raise ValueError(f"{name}: {measure.name} does not increase with {to.name} (slope {slope:.3g})")
     line = np.array([[slope, intercept, deviation]])
     median, dispersion = (each[0] for each in _in_new_measure(line, found.median[None], found.dispersion[None]))
+    warn_of_implausible_motions(given)
+    warn_of_all(name, _remarks(found, np.exp(y), slope, dispersion, f"ln({measure.name}) over ln({to.name})"))
     of_measure, state = unit_attributes(to.level_units), "damage_state"
     result: dict[str, tuple] = {
         "fragility_median": variable(state, median, "median capacity", **of_measure),
@@ -123,6 +142,42 @@ def convert_curves(
             "confidence": float(confidence),
         },
     )
+
+
+def _remarks(found: CurveSet, intensities: np.ndarray, slope: float, dispersion: np.ndarray, words: str) -> list[str]:
+    """Return a sentence for each property of a conversion that makes its result doubtful.
+
+    Args:
+        found: The curves before the conversion.
+        intensities: Intensity of each motion in the measure of these curves, shape [motion].
+        slope: Slope of the line.
+        dispersion: Dispersions after the conversion, shape [damage_state].
+        words: Text that names what the slope relates.
+    """
+    remarks, (low, high) = [], (intensities.min(), intensities.max())
+    if not USUAL_SLOPES[0] <= slope <= USUAL_SLOPES[1]:
+        remarks.append(
+            f"the slope of {words} is {slope:.3g}, outside {USUAL_SLOPES[0]:g} to {USUAL_SLOPES[1]:g}: the motions "
+            "hardly relate the two measures. Give more motions, with a wider range of intensities"
+        )
+    for label, median, before, after in zip(found.names, found.median, found.dispersion, dispersion, strict=True):
+        if before > LARGEST_INPUT:
+            remarks.append(
+                f"the dispersion of {label!r} in curves= is {before:.3g}: dispersions are fractions, such as 0.4, not "
+                "percent"
+            )
+        elif after > LARGEST_CONVERTED:
+            remarks.append(
+                f"the converted dispersion of {label!r} is {after:.3g}, above {LARGEST_CONVERTED:g}: run the analysis "
+                "with the new measure instead"
+            )
+        if not low / FARTHEST <= median <= high * FARTHEST:
+            remarks.append(
+                f"the median of {label!r}, {median:.3g} {found.units}, is far outside the range of the motions, "
+                f"{low:.3g} to {high:.3g} {found.units}, so that the line is extrapolated: give motions of such "
+                "intensities, or check the units of the curves"
+            )
+    return remarks
 
 
 def _in_new_measure(lines: np.ndarray, median: np.ndarray, dispersion: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

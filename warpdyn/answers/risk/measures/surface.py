@@ -23,6 +23,7 @@ from warpdyn.model.ground_motions.motions import GroundMotion
 TERMS = ("intercept", "first", "second")
 MOST_ITERATIONS, CONVERGED = 50, 1e-9
 STEEPEST = 100.0  # a larger coefficient of a standardised logarithm means that the samples are separated
+COLLINEAR = 0.999  # a larger correlation of the logarithms hardly separates the two coefficients
 _POINTS = 41  # intensities along each axis of the surface
 _LOG_ROOT = 0.5 * np.log(2 * np.pi)
 
@@ -88,11 +89,20 @@ def fragility_surface(
     states, count = checked.states, len(checked.states)
     coefficient, bounds = np.full((count, 3), np.nan), np.full((2, count, 3), np.nan)
     remarks, motion = [], np.unique(found.motion)
+    correlation = float(np.corrcoef(logarithms)[0, 1])
+    if abs(correlation) > COLLINEAR:
+        remarks.append(
+            f"{measures[0].name} and {measures[1].name} are nearly collinear (the correlation of their logarithms is "
+            f"{correlation:.8g}), so that their effects cannot be separated: choose two measures that describe "
+            "different properties of the motions, such as spectral accelerations at distant periods"
+        )
     for state, label in enumerate(states):
         exceeds = passed > state
         coefficient[state] = probit_plane(logarithms, exceeds)
         if np.isnan(coefficient[state]).any():
             why = "all or none of the samples exceed it, or the samples are separated"
+            if abs(correlation) > COLLINEAR:
+                why = f"the measures are nearly collinear, or {why}"
             remarks.append(f"damage state {label!r} has no surface: {why}. Add motions or levels")
             continue
         left = [

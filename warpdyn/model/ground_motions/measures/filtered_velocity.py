@@ -6,13 +6,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from warpdyn.foundations.core.checks import real_number, shortened
+from warpdyn.foundations.core.checks import real_number
 from warpdyn.foundations.core.near_misses import with_suggestions
 from warpdyn.model.ground_motions.measures.measure import IntensityMeasure
+from warpdyn.model.ground_motions.measures.one_component import check_motion
 from warpdyn.model.ground_motions.motions import GroundMotion
 
 PULSES = 3  # number of velocity increments that are added
 ORDER = 2  # of the Butterworth filter
+PADDING = 3 * (ORDER + 1)  # samples by which SciPy's filtfilt extends each end
 
 
 @with_suggestions
@@ -35,7 +37,8 @@ class FilteredIncrementalVelocity(IntensityMeasure):
 
     Raises:
         ValueError: If a number is not finite and above 0. When values are computed: if the cut-off frequency is not
-            below half the sampling frequency of a motion, or a motion is not longer than an increment.
+            below half the sampling frequency of a motion, or a motion is not longer than an increment or has at most 9
+            samples.
 
     Example:
         >>> measure = wd.FilteredIncrementalVelocity(period=0.5, alpha=0.7, beta=0.85)
@@ -61,8 +64,12 @@ class FilteredIncrementalVelocity(IntensityMeasure):
         """Return the filtered incremental velocity of a ground motion [m/s]."""
         from scipy import signal  # its import takes 0.3 s
 
-        if not isinstance(motion, GroundMotion):
-            raise TypeError(f"motion must be a GroundMotion, got {shortened(motion)}")
+        check_motion(motion)
+        if motion.acceleration.size <= PADDING:
+            raise ValueError(
+                f"{self.name} of {motion.name!r}: the filter needs a motion of more than {PADDING} samples, got "
+                f"{motion.acceleration.size}: leave out this motion"
+            )
         step, window = motion.step, self.alpha * self.period
         cutoff = self.beta / self.period * 2 * step  # as a fraction of half the sampling frequency
         length = (motion.acceleration.size - 1) * step

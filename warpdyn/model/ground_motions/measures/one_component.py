@@ -51,7 +51,7 @@ def _accelerations(motions: Sequence[GroundMotion], periods: np.ndarray, damping
     """Return the pseudo-spectral acceleration of each motion at each period [m/s2], shape [motion, period]."""
     _check_damping_ratio(damping_ratio)
     for motion in motions:
-        _check_motion(motion)
+        check_motion(motion)
     return (2 * np.pi / periods) ** 2 * spectral_displacements(motions, periods, np.array([damping_ratio]))[:, 0]
 
 
@@ -62,7 +62,7 @@ class _WithoutPeriod(IntensityMeasure):
 
     def value(self, motion: GroundMotion) -> float:
         """Return the value of the intensity measure for a ground motion [units]."""
-        _check_motion(motion)
+        check_motion(motion)
         return float(type(self).compute(motion))
 
 
@@ -179,7 +179,7 @@ class SignificantDuration(IntensityMeasure):
 
     def value(self, motion: GroundMotion) -> float:
         """Return the significant duration of a ground motion [s]."""
-        _check_motion(motion)
+        check_motion(motion)
         return integrals.significant_duration(motion, self.start, self.end)
 
 
@@ -231,7 +231,7 @@ class SpectralAcceleration(IntensityMeasure):
         Raises:
             TypeError: If `motion` is not a GroundMotion.
         """
-        _check_motion(motion)
+        check_motion(motion)
         return float(self.values([motion])[0])
 
     def values(self, motions: Sequence[GroundMotion]) -> np.ndarray:
@@ -297,7 +297,7 @@ class AverageSpectralAcceleration(IntensityMeasure):
 
     def value(self, motion: GroundMotion) -> float:
         """Return the average spectral acceleration of a ground motion [m/s2]."""
-        _check_motion(motion)
+        check_motion(motion)
         return float(self.values([motion])[0])
 
     def values(self, motions: Sequence[GroundMotion]) -> np.ndarray:
@@ -354,7 +354,8 @@ def intensity_measures(motions: GroundMotion | Sequence[GroundMotion]) -> xr.Dat
     )
 
 
-def _check_motion(motion: object) -> None:
+def check_motion(motion: object) -> None:
+    """Raise a TypeError, with the remedy for a pair of motions, unless `motion` is a GroundMotion."""
     if not isinstance(motion, GroundMotion):
         is_pair = all(isinstance(each, GroundMotion) for each in getattr(motion, "components", [None]))
         remedy = ": give its components, as in measure.values(pair.components)" if is_pair else ""
