@@ -111,7 +111,7 @@ def with_runs(folder: Path) -> dict[str, Call]:
         ),
         "sobol_indices": (
             wd.sobol_indices,
-            {"scene": scene, "base_structures": 4, "confidence": 0.9, "seed": 1, "limits": None},
+            {"scene": scene, "base_structures": 32, "confidence": 0.9, "seed": 1, "limits": None},
         ),
         "tornado": (wd.tornado, {"scene": scene, "quantiles": (0.1, 0.9), "confidence": 0.9, "limits": None}),
         "correlation_ratios": (wd.correlation_ratios, {"run": wd.simulate(scene, structures=32), "confidence": 0.9}),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -14,7 +15,8 @@ from warpdyn.answers.sensitivity.structure_outputs import STRUCTURE, outputs_of
 from warpdyn.campaigns.reductions.limits import DRIFT, Limit
 from warpdyn.foundations.core.near_misses import suggests_names
 
-LEAST_STRUCTURES = 32
+LEAST_STRUCTURES, ENOUGH_STRUCTURES = 32, 256
+MOST_DEPENDENCE = 0.25  # largest share of the ranks of an input that another, independent input may explain
 MOST_GROUPS = 50  # groups of structures of the jackknife
 
 
@@ -33,8 +35,10 @@ def correlation_ratios(
     structure is its mean demand over its motions, at each level, or, with `limits`, its fragility median. If each
     structure has only some of the motions, the variability among motions is part of the variance.
 
-    The structures are divided into 2 n^(1/3) classes of equal number by the parameter; the estimate is Kelley's epsilon
-    squared, (between - (classes - 1) * within) / total, which has no bias if the parameter has no effect.
+    The structures are divided into 2 n^(1/3) classes (the odd number below) of equal number by the parameter; the
+    estimate is Kelley's epsilon squared, (between - (classes - 1) * within) / total, which has no bias if the parameter
+    has no effect. Few structures of a Sobol sequence with 5 or more inputs can repeat a pattern between two inputs, so
+    that an input without effect would have the ratio of the other one: such runs are refused.
 
     Sources: Pearson (1905), "On the general theory of skew correlation and non-linear regression", Drapers' Company
     Research Memoirs; Kelley (1935), "An unbiased correlation ratio measure", Proceedings of the National Academy of
@@ -54,8 +58,9 @@ def correlation_ratios(
 
     Raises:
         TypeError: If `run` is not a Dataset.
-        ValueError: If the run has no random parameters or fewer than 32 structures, samples failed, samples collapsed
-            and `limits` is None, or a structure has no fragility curve.
+        ValueError: If the run has no random parameters or fewer than 32 structures, two independent inputs depend on
+            each other in its structures, samples failed, samples collapsed and `limits` is None, or a structure has no
+            fragility curve.
 
     Example:
         >>> many = wd.simulate(scene, structures=64, seed=1)
@@ -69,9 +74,10 @@ def correlation_ratios(
     if count < LEAST_STRUCTURES:
         raise ValueError(
             f"correlation_ratios needs at least {LEAST_STRUCTURES} structures, got {count}: give simulate(scene, "
-            f"structures={2 * LEAST_STRUCTURES})"
+            f"structures={ENOUGH_STRUCTURES})"
         )
     names, drawn = _drawn(run, count)
+    _check_dependence(run, names, drawn)
     whole, half = _with_half_width(drawn, values, confidence)
     return xr.Dataset(
         {
@@ -93,12 +99,50 @@ def correlation_ratios(
     )
 
 
+def _scene_of(run: xr.Dataset) -> dict[str, Any]:
+    """Return the description of a run's scene; {} if the run has no description."""
+    try:
+        found: dict[str, Any] = json.loads(str(run.attrs.get("scene", "{}")))
+    except json.JSONDecodeError:
+        return {}
+    return found
+
+
+def _check_dependence(run: xr.Dataset, names: list[str], drawn: np.ndarray) -> None:
+    """Raise a ValueError if one input explains the ranks of another one, though they were drawn independently.
+
+    Args:
+        run: The run.
+        names: Name of each input, shape [input].
+        drawn: Values of the inputs, shape [input, structure].
+    """
+    scene = _scene_of(run)
+    scatter, parameters = scene["scatter"], [name.split(" (")[0] for name in names]
+    correlated = [set(pair.split(" ")) for pair in scene.get("correlation", {})]
+    ranks = np.argsort(np.argsort(drawn, axis=1, kind="stable"), axis=1, kind="stable").astype(np.float64)
+    share, count = _ratios(drawn, ranks.T), drawn.shape[1]
+    for place, of_place in enumerate(parameters):
+        for other, of_other in enumerate(parameters):
+            both = {of_place, of_other}
+            is_random = all("distribution" in scatter[name] for name in both)
+            is_independent = (
+                both not in correlated if len(both) == 2 else not scatter[of_place].get("storey_correlation")
+            )
+            if place == other or not is_random or not is_independent:
+                share[place, other] = 0.0
+    if share.max() > MOST_DEPENDENCE:
+        first, second = np.unravel_index(int(share.argmax()), share.shape)
+        raise ValueError(
+            f"correlation_ratios: in the {count} structures of the run, {names[first]!r} explains "
+            f"{100 * share.max():.0f} % of the variance of {names[second]!r}, though the two were drawn independently, "
+            "so that the ratio of one would contain the effect of the other: give simulate(scene, structures="
+            f"{2 * max(ENOUGH_STRUCTURES, count)}), or Scene(..., sampling='monte_carlo')"
+        )
+
+
 def _drawn(run: xr.Dataset, count: int) -> tuple[list[str], np.ndarray]:
     """Return the names of the drawn inputs of a run, and their values, shape [input, structure]."""
-    try:
-        scattered = list(json.loads(str(run.attrs.get("scene", "{}"))).get("scatter", {}))
-    except json.JSONDecodeError:
-        scattered = []
+    scattered = list(_scene_of(run).get("scatter", {}))
     _, first = np.unique(run[STRUCTURE].values, return_index=True)
     names, rows = [], []
     for name in scattered:
@@ -144,7 +188,8 @@ def _ratios(drawn: np.ndarray, values: np.ndarray) -> np.ndarray:
         values: Outputs, shape [structure, output].
     """
     count = len(values)
-    classes = round(2 * count ** (1 / 3))
+    classes = int(2 * count ** (1 / 3) + 1e-9)
+    classes -= 1 - classes % 2  # classes of a power of two would align with the points of a Sobol sequence
     total = ((values - values.mean(axis=0)) ** 2).sum(axis=0)
     found = np.empty((len(drawn), values.shape[1]))
     for place, row in enumerate(drawn):

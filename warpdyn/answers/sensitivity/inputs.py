@@ -63,7 +63,7 @@ def inputs_of(function: str, scene: Scene) -> Inputs:
     design = scene.excitation
     if scene.structure.is_many or not isinstance(design, Cloud | Stripes):
         raise TypeError(
-            f"{function}() takes a scene of one structure under a Cloud, Stripes or one GroundMotion, got a "
+            f"{function}() needs a scene of one structure under a Cloud, Stripes or one GroundMotion, got a "
             f"{type(scene.structure).__name__} under {type(design).__name__}"
         )
     if isinstance(design, Stripes) and design.structures_per_motion not in (None, "crossed"):
@@ -81,7 +81,7 @@ def inputs_of(function: str, scene: Scene) -> Inputs:
     if pairs := [pair for pair, value in scene.correlation.items() if value]:
         raise ValueError(
             f"{function}: {pairs[0][0]} and {pairs[0][1]} are correlated, so that their effects cannot be separated: "
-            "remove this correlation="
+            "remove this correlation=, or use correlation_ratios(), which accepts correlated parameters"
         )
     structure = scene.structure
     names, rows, start = [], [], 0

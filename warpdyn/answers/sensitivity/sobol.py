@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Mapping
 
 import numpy as np
@@ -15,10 +16,13 @@ from warpdyn.campaigns.integration.settings import Execution, Integration
 from warpdyn.campaigns.reductions.limits import DRIFT, Limit
 from warpdyn.campaigns.running.simulate import simulate
 from warpdyn.foundations.core.checks import check_memory, whole_number
+from warpdyn.foundations.core.messages import warn_caller
 from warpdyn.foundations.core.near_misses import suggests_names
 from warpdyn.foundations.core.random_numbers import Purpose
 from warpdyn.model.scene.scene import Scene
 
+LEAST_BASE = 32  # fewer structures of each set give indices far outside 0 to 1
+SAME = 1e-12  # outputs whose relative differences are smaller are equal except for rounding
 RESAMPLES = 999  # bootstrap replicates of an interval
 LEAST_POINT = 2.0**-54  # a point at exactly 0 would give an infinite normal value
 
@@ -48,14 +52,15 @@ def sobol_indices(
 
     Sources: Saltelli et al. (2010), "Variance based sensitivity analysis of model output", Computer Physics
     Communications 181 (first-order estimator, design); Jansen (1999), Computer Physics Communications 117 (total
-    index); as implemented in scipy.stats.sobol_indices. Intervals: percentile bootstrap over the base structures.
+    index); as implemented in scipy.stats.sobol_indices. Intervals: bias-corrected and
+    accelerated (BCa) bootstrap over the base structures.
 
     Args:
         scene: The scene: one structure with random parameters, under a Cloud, Stripes or one motion.
         demand: Name of the demand; the worst storey or floor counts.
         limits: Limit of each damage state, from the lightest to the heaviest [units of the demand], for the indices of
             fragility medians; the scene needs Stripes. None: indices of the demand.
-        base_structures: Number of structures of each set, a power of 2.
+        base_structures: Number of structures of each set, a power of 2, at least 32.
         confidence: Probability that the intervals cover the true value [1].
         seed: Seed of the Sobol sequence and of the bootstrap.
         integration: How samples are integrated; None: the defaults of `simulate`.
@@ -65,13 +70,13 @@ def sobol_indices(
         `first_order(input)` and `total(input)` [1], each with `_lower` and `_upper`, and with the dimension `stripe`
         for a demand on stripes or `damage_state` for medians; `output_mean` and `output_deviation`, mean and standard
         deviation of the output over structures [units of the demand, or of the intensity]. Sampling errors can make a
-        small index negative.
+        small index negative. An input without any effect has indices and bounds of 0.
 
     Raises:
         TypeError: If `scene` is not a Scene of one structure under a Cloud, Stripes or one motion.
-        ValueError: If parameters are correlated or given, none is random, `base_structures` is not a power of 2, the
-            output is the same for all structures, samples failed, samples collapsed and `limits` is None, or a
-            structure has no fragility curve.
+        ValueError: If parameters are correlated or given, no parameter is random, `base_structures` is below 32 or not
+            a power of 2, the output is the same for all structures, samples failed, samples collapsed and `limits` is
+            None, or a structure has no fragility curve.
 
     Example:
         >>> shares = wd.sobol_indices(scene, base_structures=32, seed=1)
@@ -79,7 +84,7 @@ def sobol_indices(
         1.0
     """
     check_confidence(confidence)
-    seed, count = whole_number("seed", seed, 0), whole_number("base_structures", base_structures, 2)
+    seed, count = whole_number("seed", seed, 0), whole_number("base_structures", base_structures, LEAST_BASE)
     if count & (count - 1):
         down = 2 ** (count.bit_length() - 1)
         raise ValueError(
@@ -103,15 +108,26 @@ def sobol_indices(
     outputs = outputs_of("sobol_indices", run, demand, limits)
     values = outputs.values.reshape(len(inputs.names) + 2, count, -1)
     deviation = values[:2].reshape(2 * count, -1).std(axis=0)
-    if not deviation.all():
+    constant = np.ptp(values[:2], axis=(0, 1)) <= SAME * np.abs(values[:2]).max(axis=(0, 1))
+    if constant.any():
         raise ValueError(
-            "sobol_indices: the output is the same for all structures, so that it has no variance: check the scatter "
-            "and the demand"
+            f"sobol_indices: the output{outputs.named(int(constant.argmax()))} is the same for all structures, so "
+            "that it has no variance: check the scatter and the demand"
         )
     of_parts = {"f_A": values[0].T, "f_B": values[1].T, "f_AB": np.moveaxis(values[2:], -1, 1)}
     found = stats.sobol_indices(func=of_parts, n=count, rng=np.random.default_rng([seed, Purpose.POINTS, 1]))
-    spread = found.bootstrap(confidence_level=confidence, n_resamples=RESAMPLES)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # of inputs without effect, whose resamples are all 0
+        spread = found.bootstrap(confidence_level=confidence, n_resamples=RESAMPLES)
+    has_no_effect = (values[2:] == values[0]).all(axis=1).T  # shape [output, input]
     shape = (values.shape[-1], len(inputs.names))
+    unknown = np.isnan(np.reshape(spread.total_order.confidence_interval.low, shape)) & ~has_no_effect
+    if unknown.any():
+        which = ", ".join(repr(name) for name, each in zip(inputs.names, unknown.any(axis=0), strict=True) if each)
+        warn_caller(
+            f"sobol_indices: the bootstrap found no interval of {which}, whose effect occurs in few structures: give "
+            f"base_structures={2 * count}"
+        )
     result = {}
     for name, attribute, words in (
         ("first_order", "first_order", "first-order Sobol index"),
@@ -120,8 +136,8 @@ def sobol_indices(
         interval = getattr(spread, attribute).confidence_interval
         for suffix, each, end in (
             ("", getattr(found, attribute), ""),
-            ("_lower", interval.low, ", lower bound"),
-            ("_upper", interval.high, ", upper bound"),
+            ("_lower", np.where(has_no_effect, 0.0, np.reshape(interval.low, shape)), ", lower bound"),
+            ("_upper", np.where(has_no_effect, 0.0, np.reshape(interval.high, shape)), ", upper bound"),
         ):
             result[name + suffix] = outputs.dataset_of(np.reshape(each, shape).T, "input", name=words + end)
     of_output = {"units": outputs.attributes["units"]}
@@ -144,6 +160,6 @@ def sobol_indices(
             "structures": structures,
             "confidence": float(confidence),
             "seed": seed,
-            "interval_method": "percentile bootstrap over base structures; records are fixed",
+            "interval_method": "BCa bootstrap over base structures; records are fixed",
         },
     )

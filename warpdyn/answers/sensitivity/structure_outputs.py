@@ -63,6 +63,15 @@ class StructureOutputs:
             )
         return found
 
+    def named(self, output: int) -> str:
+        """Return words that name an output, such as " at 0.2 g" or " of 'slight'"; "" if there is one output."""
+        label = self.labels[output]
+        if not self.dim:
+            return ""
+        return (
+            f" of {str(label)!r}" if self.dim == "damage_state" else f" at {label:g} {self.attributes['level_units']}"
+        )
+
     def without(self, motion: int) -> np.ndarray:
         """Return the outputs without the samples of one motion, shape [structure, output]; NaN without a curve."""
         return self._computed(self.motion != motion)[0]

@@ -17,6 +17,8 @@ from warpdyn.campaigns.reductions.limits import DRIFT, Limit
 from warpdyn.campaigns.running.simulate import simulate
 from warpdyn.foundations.core.checks import finite_numbers, shortened
 from warpdyn.foundations.core.near_misses import suggests_names
+from warpdyn.model.scene.distributions.closed_form import Lognormal
+from warpdyn.model.scene.scatter import RandomScatter
 from warpdyn.model.scene.scene import Scene
 
 BOUNDS = ("low", "high")
@@ -58,13 +60,15 @@ def tornado(
     Returns:
         `output(input, bound)` and `median_output` [units of the demand, or of the intensity]; `ratio(input, bound)`,
         output divided by the output of the median structure [1], with `_lower` and `_upper` (NaN for one motion), and
-        `swing(input)`, the absolute difference of the two outputs. With the dimension `stripe` for a demand on stripes,
-        or `damage_state` for medians.
+        `swing(input)`, the largest minus the smallest of the two outputs and the median output. With the median output,
+        a parameter that increases (or decreases) the output at both bounds has a swing, too. With the dimension
+        `stripe` for a demand on stripes, or `damage_state` for medians.
 
     Raises:
         TypeError: If `scene` is not a Scene of one structure under a Cloud, Stripes or one motion.
-        ValueError: If parameters are correlated or given, none is random, quantiles are not increasing from 0 to 1,
-            samples failed, samples collapsed and `limits` is None, or a structure has no fragility curve.
+        ValueError: If parameters are correlated or given, no parameter is random, quantiles are not increasing from 0
+            to 1, a quantile is 0 or 1 and a distribution has no such bound, samples failed, samples collapsed and
+            `limits` is None, or a structure has no fragility curve.
 
     Example:
         >>> swings = wd.tornado(scene, quantiles=(0.1, 0.9))
@@ -78,6 +82,7 @@ def tornado(
             f"quantiles must be a low and a high probability, such as (0.05, 0.95), got {shortened(quantiles)}"
         )
     inputs = inputs_of("tornado", scene)
+    _check_bounds(scene, levels)
     normals = np.zeros((inputs.variables, 1 + 2 * len(inputs.names)))
     for place, rows in enumerate(inputs.rows):
         normals[rows, 1 + 2 * place : 3 + 2 * place] = ndtri(levels)
@@ -108,7 +113,10 @@ def tornado(
             "ratio_lower": outputs.dataset_of(bounds[0], *dims, name="ratio, lower bound"),
             "ratio_upper": outputs.dataset_of(bounds[1], *dims, name="ratio, upper bound"),
             "swing": outputs.dataset_of(
-                np.abs(both[:, 1] - both[:, 0]), "input", name=f"{name}, difference of both bounds", **of_output
+                np.ptp([both[:, 0], both[:, 1], np.broadcast_to(values[0], both[:, 0].shape)], axis=0),
+                "input",
+                name=f"{name}, range of the outputs at both bounds and at the median",
+                **of_output,
             ),
         },
         {
@@ -124,3 +132,18 @@ def tornado(
             "interval_method": "jackknife over motions of ln(ratio), Student's t",
         },
     )
+
+
+def _check_bounds(scene: Scene, quantiles: np.ndarray) -> None:
+    """Raise a ValueError if a quantile is 0 or 1, and the distribution of a parameter has no bound there."""
+    for quantile in quantiles[(quantiles == 0) | (quantiles == 1)]:
+        side = "lower" if quantile == 0 else "upper"
+        for name, spread in scene.scatter.items():
+            assert isinstance(spread, RandomScatter)
+            (bound,) = spread.distribution.from_standard_normal(ndtri([quantile]))
+            if not np.isfinite(bound) or (bound == 0 and isinstance(spread.distribution, Lognormal)):
+                raise ValueError(
+                    f"tornado: the distribution of {name!r}, {spread.distribution!r}, has no {side} bound, so that "
+                    f"its quantile {quantile:g} is {bound:g}: give quantiles= above 0 and below 1, such as "
+                    "quantiles=(0.05, 0.95)"
+                )

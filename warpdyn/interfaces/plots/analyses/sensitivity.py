@@ -1,4 +1,4 @@
-"""Figure of a sensitivity analysis: tornado chart, Sobol indices or correlation ratios."""
+"""Figure of a sensitivity analysis: tornado diagram, Sobol indices or correlation ratios."""
 
 from __future__ import annotations
 
@@ -31,8 +31,8 @@ ADVICE = "give the result of sobol_indices(), tornado() or correlation_ratios()"
 def sensitivity(dataset: xr.Dataset, *, colours: Colours = COLOURS, ax: Iterable[Axes] | Axes | None = None) -> Drawn:
     """Draw a sensitivity analysis as horizontal bars, the most important parameter on top, with intervals as lines.
 
-    There is one panel per stripe or damage state; the first panel decides the order of the parameters. A tornado chart
-    has the output divided by the output of the median structure.
+    There is one panel per stripe or damage state; the first panel decides the order of the parameters. A tornado
+    diagram has the output divided by the output of the median structure.
 
     Args:
         dataset: Result of `sobol_indices`, `tornado` or `correlation_ratios`; select stripes or damage states with
