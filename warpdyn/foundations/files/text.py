@@ -83,9 +83,9 @@ def read_csv(path: str | os.PathLike, *, comment: str | None = None, identifier:
         identifier: Name of the column (in upper or lower case) that is read as text, so that "007" and "7" differ.
 
     Raises:
-        ValueError: If the file is empty, is XML or HTML, its columns are not separated by commas, two columns have the same name (apart
-            from upper and lower case and blanks), or a row has more or fewer values than there are columns. The message
-            names the file.
+        ValueError: If the file is empty, is XML or HTML, its columns are not separated by commas, two columns have the
+            same name (apart from upper and lower case and blanks), or a row has more or fewer values than there are
+            columns. The message names the file.
         FileNotFoundError: If the file does not exist.
     """
     try:

@@ -103,8 +103,8 @@ def _add_structure(
         if name == INCIDENCE:
             findings.add("incidence_angle", np.abs(_ends(spread)), where)
         if isinstance(spread, GivenFactors) or (isinstance(spread, GivenValues) and structure.is_scaled):
-            factors = np.where(spread.values > 0, spread.values, np.nan)  # 0 is valid for damping; others are errors
-            findings.add("given_factor", factors, f" of {name}{where}")
+            given = np.where(spread.values > 0, spread.values, np.nan)  # 0 is valid for damping; others are errors
+            findings.add("given_factor", given, f" of {name}{where}")
         if isinstance(spread, RandomFactor | RandomValue):
             low, high = spread.distribution.from_standard_normal(np.array([0.0, 2.0]))  # median and 98 % quantile
             if isinstance(spread, RandomFactor):

@@ -4,7 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from warpdyn.foundations.core.plausibility.check import DASHPOT, FORCE, LENGTH, MASS, VELOCITY, Check, G, given_in
+from warpdyn.foundations.core.plausibility.check import (
+    DASHPOT,
+    FORCE,
+    LENGTH,
+    MASS,
+    STIFFNESS,
+    VELOCITY,
+    Check,
+    G,
+    given_in,
+    with_units,
+)
 
 CHECKS_OF_FOUNDATIONS: Mapping[str, Check] = {
     "soil_density": Check(
@@ -31,22 +42,21 @@ CHECKS_OF_FOUNDATIONS: Mapping[str, Check] = {
     # About 0.8 B / Vs: half-widths B of 1 to 30 m, shear-wave velocities Vs of 50 to 3,500 m/s.
     "sway_dashpot_over_stiffness": Check(
         *("sway_dashpot over sway_stiffness", "s", 1e-4, 2.0),
-        {f"with sway_dashpot given in {unit}": size for unit, size in DASHPOT.items()}
-        | {"with sway_stiffness given in kN/m": 1e-3},
+        with_units("sway_dashpot", DASHPOT) | with_units("sway_stiffness", STIFFNESS, -1),
     ),
     "foundation_mass_over_building": Check(
         *("foundation_mass over the mass of the structure", "1", 5e-3, 20.0),
-        {f"with foundation_mass given in {unit}": size for unit, size in MASS.items()},
+        with_units("foundation_mass", MASS),
     ),
     # Springs at the footing's base: rocking over sway stiffness is about the squared half-width. A slab with a tenth of
     # all masses has 0.03, floors with their own inertia up to 0.5.
     "rocking_inertia_over_masses": Check(
         *("rocking_inertia over all masses times (rocking_stiffness / sway_stiffness)", "1", 1e-3, 20.0),
-        {"with rocking_inertia given in t m2": 1e3},
+        with_units("rocking_inertia", {"t m2": 1e3, "kN m2 of weight": 1e3 / G}),
     ),
     # Part of the weight may be carried by other foundations.
     "uplift_weight_over_weight": Check(
         *("weight of FoundationUplift over the masses of structure and foundation times g", "1", 0.5, 2.0),
-        {f"with weight given in {unit}": size for unit, size in FORCE.items()},
+        with_units("weight", FORCE),
     ),
 }

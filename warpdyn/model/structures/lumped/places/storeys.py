@@ -81,14 +81,14 @@ def check_different_storeys(storeys: Storeys, is_connected: np.ndarray, dofs: Se
         is_connected: Whether each spring is connected to each degree of freedom, shape [spring, dof].
         dofs: Names of the degrees of freedom.
     """
-    owner: dict[tuple[bool, ...], int] = {}
+    owner: dict[tuple[str, ...], int] = {}
     for storey, places in enumerate(storeys, start=1):
-        connected = tuple(is_connected[list(places)].any(axis=0).tolist())
+        connected = tuple(dof for place, dof in enumerate(dofs) if is_connected[list(places), place].any())
         first = owner.setdefault(connected, storey)
         if first != storey:
-            names = ", ".join(repr(dof) for dof, is_one in zip(dofs, connected, strict=True) if is_one)
             raise ValueError(
-                f"storey_springs: storeys {first} and {storey} connect the same degrees of freedom ({names}), so that "
+                f"storey_springs: storeys {first} and {storey} connect the same degrees of freedom "
+                f"({', '.join(map(repr, connected))}), so that "
                 "they are one storey: list the springs of one storey together, such as storey_springs="
                 "[['south 1', 'north 1'], ['south 2', 'north 2']]"
             )
