@@ -200,9 +200,9 @@ def test_plausible_structures_give_no_warning(call):
     ],
 )
 def test_a_value_in_another_unit_is_named(call, words):
-    said = warnings_of(call)
+    found = warnings_of(call)
     for each in words:
-        assert each in said, said
+        assert each in found, found
 
 
 def test_a_warning_can_be_turned_off():

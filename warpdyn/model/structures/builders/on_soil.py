@@ -177,8 +177,8 @@ def structure_on_soil(
     With `uplift`, the footing also moves vertically: the degree of freedom "heave" [m] is its upward displacement from
     the settlement under the weight. Vertical contacts (`wd.laws.PreloadedContact`), "contact 1" and so on, replace the
     spring "rocking". Until the first lift-off the response is the response without uplift; the contacts share the
-    rocking dashpot in proportion to their stiffness. The mass of "heave" is that of structure and foundation. The ground
-    does not move vertically, and the footing does not slide.
+    rocking dashpot in proportion to their stiffness. The mass of "heave" is that of structure and foundation. The
+    ground does not move vertically, and the footing does not slide.
 
     Args:
         structure: The structure on a fixed base, in one horizontal direction.
