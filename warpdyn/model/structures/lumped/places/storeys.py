@@ -88,7 +88,6 @@ def check_different_storeys(storeys: Storeys, is_connected: np.ndarray, dofs: Se
         if first != storey:
             raise ValueError(
                 f"storey_springs: storeys {first} and {storey} connect the same degrees of freedom "
-                f"({', '.join(map(repr, connected))}), so that "
-                "they are one storey: list the springs of one storey together, such as storey_springs="
-                "[['south 1', 'north 1'], ['south 2', 'north 2']]"
+                f"({', '.join(map(repr, connected))}), so that they are one storey: list the springs of one storey "
+                "together, such as storey_springs=[['south 1', 'north 1'], ['south 2', 'north 2']]"
             )
