@@ -54,7 +54,7 @@ RUNS = {
     "value that is no scatter": (
         lambda: run(scatter={"damping_ratio": 0.2}),
         TypeError,
-        "scatter['damping_ratio'] must be RandomFactor, RandomValue or GivenValues, got 0.2",
+        "scatter['damping_ratio'] must be RandomFactor, RandomValue, GivenValues or GivenFactors, got 0.2",
         "damping_ratio= of the structure",
         "RandomFactor(Lognormal(1.0, dispersion))",
     ),

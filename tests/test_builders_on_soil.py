@@ -58,6 +58,7 @@ def test_an_oscillator_on_soil_has_the_reference_response(damping):
     assert run["peak_acceleration"].sel(dof="u1").item() == pytest.approx(11.55761, rel=2e-5)
 
 
+@pytest.mark.meant_as_given("foundation_mass_over_building", "rocking_inertia_over_masses")
 def test_the_period_is_that_of_a_massless_foundation():
     # T~ / T = sqrt(1 + k / K_x + k h^2 / K_r), exact without mass of the foundation.
     springs = wd.FoundationSprings(1.5e9, 5e10)
@@ -149,6 +150,7 @@ def test_a_yielding_building_on_soil_has_the_response_of_an_independent_integrat
     np.testing.assert_allclose(run["peak_displacement"][0, 3:], base, rtol=5e-4)
 
 
+@pytest.mark.meant_as_given("period_on_soil", "rocking_inertia_over_masses")
 def test_rocking_increases_the_effect_of_gravity():
     # A rigid building that rocks: the weight times its height is lost of the rocking stiffness.
     building = wd.ShearBuilding([1e5, 1e5], 1e13, [5.0, 5.0], gravity_load=[1e6, 1e6])
@@ -195,6 +197,10 @@ WRONG = [
     (
         lambda: wd.structure_on_soil(oscillator(), SPRINGS, foundation_mass=0.0, rocking_inertia=1.0),
         r"foundation_mass \[kg\] must be a finite number above 0",
+    ),
+    (
+        lambda: wd.foundation_springs(oscillator(), FOOTING, SOIL, soil_damping_ratio=5.0),
+        "soil_damping_ratio is 5, but must be below 1: .*soil_damping_ratio=0.05",
     ),
     (lambda: wd.FoundationSprings(0.0, 1e9), r"sway_stiffness \[N/m\] must be a finite number above 0"),
     (lambda: wd.FoundationSprings(1e9, 1e9, -1.0), r"sway_dashpot \[N s/m\]"),

@@ -110,6 +110,10 @@ def test_the_default_is_rk4_where_nothing_is_measured(monkeypatch):
     unknown = default_method(forces_of("takeda+one_sided_gap"), ("rayleigh",))
     assert (unknown.method, unknown.steps) == ("rk4", 1)
     assert "one_sided_gap" in unknown.reason
+    for law in ("friction_pendulum", "takeda+one_sided_gap"):  # no row of the table of costs
+        for recorded in (True, False):
+            unmeasured = default_method(forces_of(law), ("rayleigh",), records_only_drifts=recorded)
+            assert unmeasured.reason.endswith(f"cheaper for storeys of {law.replace('+', ', ')} with rayleigh damping")
     assert default_method(forces_of("takeda"), ("unknown",)).method == "rk4"
     monkeypatch.setattr(defaults, "measured_costs", dict)
     assert default_method(forces_of("takeda"), ("rayleigh",), is_gpu=True).method == "rk4"

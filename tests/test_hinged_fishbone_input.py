@@ -19,15 +19,15 @@ STRONG = {"law": "bilinear", "yield_force": 1e8, "hardening_ratio": 0.02}
 
 def changed(**changes: Any) -> wd.Frame:
     """Return the fish-bone of the reference set with other entries in rows of its tables; None removes an entry."""
-    told = fishbone().description()
+    arguments = fishbone().description()
     for table, rows in changes.items():
         if isinstance(rows, str):
-            told[table] = rows
+            arguments[table] = rows
             continue
         for name, row in rows.items():
-            entries = told[table].get(name, {}) | row
-            told[table][name] = {key: value for key, value in entries.items() if value is not None}
-    return wd.Frame(**told)
+            entries = arguments[table].get(name, {}) | row
+            arguments[table][name] = {key: value for key, value in entries.items() if value is not None}
+    return wd.Frame(**arguments)
 
 
 @pytest.mark.parametrize(

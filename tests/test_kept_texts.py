@@ -1,5 +1,7 @@
 """Composed texts of kernels are kept in the kernel cache: they are those that would be composed, or composed again."""
 
+import os
+import time
 from dataclasses import replace
 
 import pytest
@@ -33,6 +35,23 @@ def test_a_text_is_composed_once(cache):
     assert kept() == (TEXT, 0)
     assert kept("another plan") == (TEXT, 1)
     assert len(list(cache.iterdir())) == 2
+
+
+def test_old_texts_of_other_versions_are_removed(cache):
+    cache.mkdir()
+    week = 7 * 86400
+    ages = {"before_text.json": 1.1 * week, "text.json": 1.1 * week, "recent_text.json": 0.9 * week}
+    for name, age in ages.items():
+        (cache / name).write_text("a text")
+        os.utime(cache / name, (time.time() - age,) * 2)
+    kept()
+    [other] = {path.name for path in cache.iterdir()} - ages.keys()
+    os.utime(cache / other, (time.time() - 1.1 * week,) * 2)
+    kept_texts._remove_old_versions.cache_clear()
+    kept("another plan")
+    remaining = {path.name for path in cache.iterdir()}
+    assert len(remaining) == 3
+    assert {"recent_text.json", other} < remaining
 
 
 @pytest.mark.parametrize("damage", [lambda text: text[:-1], lambda text: text.replace("pass", "post"), lambda text: ""])

@@ -44,7 +44,8 @@ def test_a_chain_has_the_response_of_its_shear_building(method, gravity):
     np.testing.assert_allclose(run["peak_spring_deformation"][0], due["peak_storey_drift"][0], rtol=1e-8)
     np.testing.assert_allclose(run["peak_acceleration"][0], due["peak_floor_acceleration"][0], rtol=1e-8)
     for name in ("input_energy", "viscous_energy"):
-        assert run[name].item() == pytest.approx(due[name].item(), rel=1e-3)
+        # Measured difference: at most 7e-15 (rounding).
+        assert run[name].item() == pytest.approx(due[name].item(), rel=1e-12)
     assert run["status"].item() == 0
 
 
@@ -190,7 +191,8 @@ def test_gaps_and_hertz_contacts_converge_to_the_response_of_rk4():
     )
     assert due[2] > 0.02
     assert due[3] > 0.05
-    np.testing.assert_allclose(found, due, rtol=1e-3)
+    # Measured difference at this step: 3e-7 to 1.4e-6.
+    np.testing.assert_allclose(found, due, rtol=5e-6)
 
 
 @pytest.mark.parametrize("law", ["bouc_wen", "takeda", "menegotto_pinto"])
@@ -222,7 +224,8 @@ def test_ensembles_collapse_and_float32():
     np.testing.assert_allclose(peaks, due["peak_storey_drift"].values[stands], rtol=1e-6)
     single = wd.simulate(scenes[1], dtype="float32", **settings)
     assert (single["status"].values[stands] == 0).all()
-    np.testing.assert_allclose(single["peak_spring_deformation"].values[stands], peaks, rtol=2e-3)
+    # Measured difference of float32 and float64: 1.4e-6.
+    np.testing.assert_allclose(single["peak_spring_deformation"].values[stands], peaks, rtol=1e-5)
 
 
 def test_a_stiff_link_needs_no_short_step():
@@ -238,7 +241,8 @@ def test_a_stiff_link_needs_no_short_step():
     run = wd.simulate(wd.Scene(wd.LumpedStructure(masses, springs), motion), step=STEP, method="hht_alpha", **SETTINGS)
     assert run["status"].item() == 0
     peak = due["peak_spring_deformation"].item()
-    assert run["peak_spring_deformation"].sel(spring="frame").item() == pytest.approx(peak, rel=5e-3)
+    # Measured difference: 1.2e-4, because hht_alpha and newmark_average have different errors at a step of 5 ms.
+    assert run["peak_spring_deformation"].sel(spring="frame").item() == pytest.approx(peak, rel=3e-4)
 
 
 def many(dofs: int) -> wd.LumpedStructure:
@@ -263,9 +267,12 @@ def test_springs_and_sizes_that_are_not_supported_are_refused_by_name():
     )
     own = [wd.Spring(n, {n: 1.0}, stiffness=1e7) for n in ("u0", "u1")]
     cases = [
-        (reference_model(), "do not take frames with hinges"),
+        (reference_model(), "do not support frames with hinges"),
         (many(17), "at most 16 degrees of freedom, not 17; these do: .*rk4"),
-        (wd.LumpedStructure({"u0": 1e5, "u1": 1e5}, [*own, bearing]), "do not take biaxial springs, such as 'bearing'"),
+        (
+            wd.LumpedStructure({"u0": 1e5, "u1": 1e5}, [*own, bearing]),
+            "do not support biaxial springs, such as 'bearing'",
+        ),
         (wd.LumpedStructure({"u0": 1e5, "u1": 1e5}, [*own, contact]), "'ye_li_zhu_contact' of spring 'wall'"),
     ]
     for structure, message in cases:

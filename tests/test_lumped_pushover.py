@@ -236,14 +236,22 @@ def test_the_prescribed_degree_of_freedom_does_not_change_the_curve():
     first = wd.pushover(building, np.linspace(0, 0.2, 41)[1:], pattern=loads)
     assert first.attrs["control"] == "ux2"
     rotations = first["displacement"].sel(dof="theta2").values
-    second = (
-        wd.pushover(building, np.abs(rotations), pattern=loads, control="theta2") if (rotations > 0).all() else None
-    )
+    assert (rotations > 0).all()
+    second = wd.pushover(building, rotations, pattern=loads, control="theta2")
     lower = wd.pushover(building, first["displacement"].sel(dof="ux1").values, pattern=loads, control="ux1")
     assert lower["roof_displacement"].attrs["units"] == "m"
-    for other in filter(None, (lower, second)):
+    for other in (lower, second):
         np.testing.assert_allclose(other["base_shear"], first["base_shear"], rtol=1e-7)
         np.testing.assert_allclose(other["displacement"], first["displacement"], rtol=0, atol=1e-8)
+
+
+def test_a_path_in_mm_is_named():
+    springs = [wd.Spring("first", {"u1": 1.0}, stiffness=5e7), wd.Spring("second", {"u2": 1, "u1": -1}, stiffness=5e7)]
+    storeys = {"storey_height": 3.0, "storey_springs": ["first", "second"]}
+    building = wd.LumpedStructure({"u1": 1e5, "u2": 1e5}, springs, **storeys)
+    wd.pushover(building, [0.0, 0.06])
+    with pytest.warns(UserWarning, match="largest drift over height is 10 .*if given in mm, it would be 0.01"):
+        wd.pushover(building, [0.0, 60.0])
 
 
 def test_a_path_that_snaps_back_ends_with_the_spring_named():
@@ -284,6 +292,9 @@ ONE = wd.LumpedStructure(
     influence={"a": 1.0},
     rotations=["r"],
 )
+TURNING = wd.LumpedStructure(
+    {"r": 1e6}, [wd.Spring("s", {"r": 1.0}, stiffness=1e9)], influence={"r": 1.0}, rotations=["r"]
+)
 BEARING = wd.laws.CircularYield(yield_force=1e5, post_yield_stiffness=1e6)
 ISOLATED = wd.LumpedStructure(
     {"x": 1e5, "y": 1e5},
@@ -304,6 +315,7 @@ ISOLATED = wd.LumpedStructure(
         (lambda: wd.pushover(ONE, [0.1], pattern={"r": 1.0}), "given loads have no resultant.*'a': 1.0"),
         (lambda: wd.pushover(ONE, [0.1], control="b"), "control names the unknown degree of freedom 'b'"),
         (lambda: wd.pushover(ONE, [0.1], control="r"), "control='r': the loads do not move this degree of freedom"),
+        (lambda: wd.pushover(TURNING, [0.1]), "control is missing: no translation has a positive.*control='r'"),
         (lambda: wd.pushover(torsional(0.1), [0.1], pattern="uniform"), "pattern='uniform' has no direction"),
         (lambda: wd.pushover(reference_model(), [0.1]), "a frame with hinges is not supported"),
         (lambda: wd.pushover(ISOLATED, [0.1]), "biaxial spring 'bearing' is not supported"),

@@ -265,6 +265,7 @@ NODES = "node;x;y\nA;0,0;0,0\nB;0,0;4,0\nC;6,0;4,0\nD;6,0;0,0\n"
             NODES.replace(";", ","),
             r"^nodes: .*line 2 has 5 values, but there are 3 columns.* decimal points, not commas",
         ),
+        ("<html><body>not found</body></html>\n", r"^nodes: .*it is not CSV: it begins with '<html>.*as a web page"),
         ('node,x,y\nA,"0,0","0,0"\n', r"nodes: x of node 'A' must be a number .* has a decimal comma: save the file"),
     ],
 )

@@ -305,6 +305,17 @@ def test_storeys_may_have_biaxial_springs_and_come_from_json():
     assert again.parameters["height"].tolist() == [4.0, 3.0]
 
 
+def test_a_flat_list_of_the_frames_of_one_storey_is_refused():
+    sides = {"south": ("x", -4.0), "west": ("y", -6.0), "north": ("x", 4.0), "east": ("y", 6.0)}
+    springs = [wd.Spring(name, {axis: 1.0, "theta": arm}, stiffness=1e7) for name, (axis, arm) in sides.items()]
+    given = {"mass": {"x": 1e5, "y": 1e5, "theta": 3e6}, "springs": springs, "influence": {"x": 1.0}}
+    one = wd.LumpedStructure(**given, storey_height=3.0, storey_springs=[[*sides]])
+    assert one.storeys == 1
+    for flat in (["south", "north", "west", "east"], [*sides]):
+        with pytest.raises(ValueError, match=r"connect the same degrees of freedom \('x', 'theta'\).* one storey"):
+            wd.LumpedStructure(**given, storey_height=3.0, storey_springs=flat)
+
+
 SPRINGS = [wd.Spring("k", {"x": 1.0}, stiffness=1e6), wd.Spring("turn", {"theta": 1.0}, stiffness=1e6)]
 
 

@@ -21,11 +21,11 @@ def elastic_drifts(run: Ensemble) -> tuple[np.ndarray, np.ndarray]:
     scene, plan = run.scene, run.plan
     count = len(run.rayleigh)
     if plan.pattern is not None:
-        limits = [scene.collapse_limit * scene.structure.parameters["height"]] if scene.collapse_limit else []
+        limit = np.inf if scene.collapse_limit is None else scene.collapse_limit * scene.structure.parameters["height"]
         # Springs may yield or collapse without a storey.
         is_known = run.model.dynamics.forces.is_linear and not plan.has_drift_capacity
         shape = count, len(plan.pattern.storeys)
-        return np.full(shape, np.inf if is_known else 0.0), np.broadcast_to(limits[0] if limits else np.inf, shape)
+        return np.full(shape, np.inf if is_known else 0.0), np.broadcast_to(limit, shape)
     if plan.family != "chain":
         return np.full((count, plan.dofs), np.inf), np.full((count, plan.dofs), np.inf)
     p = run.model.dynamics.parameters_of(run.drawn)

@@ -36,14 +36,14 @@ def tell_cost(run: Run, events: Sequence[Ensemble]) -> None:
         worst = int(steps.argmax())
         if steps[worst] > MOST_STEPS_OF_A_SAMPLE:
             step = part.schedule.step[worst]
-            told = (
+            finding = (
                 f"sample {part.sample[worst]} takes {steps[worst]:.3g} steps of {step:.3g} s, over "
                 f"{steps[worst] * step:.3g} s: check that the step of the motion is in seconds, the masses, and the "
                 "stiffnesses of storeys, springs and contacts"
             )
             if is_chosen and steps[worst] > MOST_CHOSEN_STEPS:
-                raise ValueError(f"{told}. If they are right, give longest_step={step:.3g}")
-            warn_caller(told)
+                raise ValueError(f"{finding}. If they are right, give longest_step={step:.3g}")
+            warn_caller(finding)
     workers = CORES_OF_A_GPU * len(run.execution.devices) if run.execution.is_gpu else run.execution.cores
     seconds = total * run.model.plan.dofs * SECONDS_OF_A_STEP / workers
     if seconds > TOLD:

@@ -144,6 +144,8 @@ def pushover(
     counts if it is stable at the prescribed displacement: the tangent stiffness has no negative eigenvalue, or one and
     the base shear falls.
 
+    Drift capacities of storeys and deformation capacities of springs are not considered.
+
     Args:
         building: The building or lumped structure.
         roof_displacement: Roof displacements [m], starting from 0, shape [step]; they may reverse. For Bouc-Wen
@@ -154,7 +156,7 @@ def pushover(
             (load mass times first mode), "uniform" (load mass times influence, only with one component of base motion),
             or loads of any scale, {degree of freedom: load} or shape [dof].
         control: Name of the degree of freedom of a lumped structure whose displacement is prescribed; None: the
-            translation that moves most under the loads in elastic equilibrium.
+            translation with the largest positive displacement under the loads in elastic equilibrium.
 
     Returns:
         `roof_displacement` [m] and `base_shear` [N] (sum of the lateral loads), shape [step]; `storey_drift` [m],
@@ -231,6 +233,8 @@ def _pushed_structure(
         )
     loads, component = dof_loads(structure, pattern)
     place = control_dof(structure, loads, control)
+    if structure.storeys and not structure.kinds.rotating["dof"][place]:
+        _warn_of_implausible_path(path / structure.parameters["height"].sum())
     pushed = pushed_along(PushedStructure(structure, loads, place, *_spring_and_coefficients(structure)), path)
     steps, units = np.arange(len(pushed.base_shear), dtype=np.int32), structure.kinds.units
     of_springs, dof = ("step", "spring"), structure.dof_names[place]

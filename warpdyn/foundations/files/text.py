@@ -83,9 +83,9 @@ def read_csv(path: str | os.PathLike, *, comment: str | None = None, identifier:
         identifier: Name of the column (in upper or lower case) that is read as text, so that "007" and "7" differ.
 
     Raises:
-        ValueError: If the file is empty, its columns are not separated by commas, two columns have the same name (apart
-            from upper and lower case and blanks), or a row has more or fewer values than there are columns. The message
-            names the file.
+        ValueError: If the file is empty, is XML or HTML, its columns are not separated by commas, two columns have the
+            same name (apart from upper and lower case and blanks), or a row has more or fewer values than there are
+            columns. The message names the file.
         FileNotFoundError: If the file does not exist.
     """
     try:
@@ -96,6 +96,11 @@ def read_csv(path: str | os.PathLike, *, comment: str | None = None, identifier:
                 skipped, line = skipped + 1, next(lines, "")
         if not line.strip():
             raise ValueError("it is empty: the first line must contain the names of columns")
+        if line.lstrip().startswith("<") or "\0" in line:
+            raise ValueError(
+                f"it is not CSV: it begins with {line.strip()[:20]!r}, as a web page or a binary file does. Download "
+                "the file again, or export the table as CSV UTF-8"
+            )
         check_separator(line)
         names = next(csv.reader([line], skipinitialspace=True), [])
         check_names(names)

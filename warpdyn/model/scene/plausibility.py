@@ -22,6 +22,7 @@ from warpdyn.model.ground_motions.plausibility import add_motions, add_weakest_m
 from warpdyn.model.scene.building_plausibility import add_building
 from warpdyn.model.scene.portfolio import Portfolio
 from warpdyn.model.scene.scatter import (
+    GivenFactors,
     GivenValues,
     ParameterScatter,
     RandomFactor,
@@ -101,6 +102,9 @@ def _add_structure(
     for name, spread in scatter.items():
         if name == INCIDENCE:
             findings.add("incidence_angle", np.abs(_ends(spread)), where)
+        if isinstance(spread, GivenFactors) or (isinstance(spread, GivenValues) and structure.is_scaled):
+            given = np.where(spread.values > 0, spread.values, np.nan)  # 0 is valid for damping; others are errors
+            findings.add("given_factor", given, f" of {name}{where}")
         if isinstance(spread, RandomFactor | RandomValue):
             low, high = spread.distribution.from_standard_normal(np.array([0.0, 2.0]))  # median and 98 % quantile
             if isinstance(spread, RandomFactor):

@@ -14,6 +14,7 @@ from warpdyn.model.structures.lumped.matrices import undamped
 from warpdyn.model.structures.lumped.structure import LumpedStructure
 
 FREE = 1e-12  # a motion is free if its squared frequency is at most this share of the highest one (rounding)
+LEAST_STOREY_HEIGHT = 1.5  # m; the springs of a lower storey may be bearings
 # Parameter of springs -> name of its check.
 OF_SPRINGS = {
     "deformation_capacity": "spring_deformation_capacity",
@@ -56,8 +57,11 @@ def add_lumped(
         moving = values["mass"][~np.array(structure.kinds.rotating["dof"])].sum()
         if strength > 0 and moving > 0:
             findings.add("springs_yield_over_weight", strength / (STANDARD_GRAVITY * moving), where)
-    if isinstance(structure, FlexuralShearBuilding | TorsionalBuilding) and structure.storeys:
-        findings.add("storey_height", values["height"], where, along="storey")
+    if structure.storeys:
+        heights = values["height"]
+        if not isinstance(structure, FlexuralShearBuilding | TorsionalBuilding):
+            heights = np.where(heights < LEAST_STOREY_HEIGHT, np.nan, heights)  # may be bearings
+        findings.add("storey_height", heights, where, along="storey")
     if isinstance(structure, FlexuralShearBuilding) and structure.storeys > 1:
         ratio = structure.fundamental_period / structure.floor_heights[-1]
         findings.add("first_period_over_height", ratio, where)

@@ -59,12 +59,12 @@ def modal_properties(
     Raises:
         ValueError: If a shape is wrong, or a matrix is asymmetric, singular or not positive definite.
     """
-    stiffness, matrix = _checked_matrices(stiffness, mass)
+    matrix, stiffness = _checked_matrices(mass, stiffness)
     influence = np.ones(len(matrix)) if influence is None else unmasked("influence", influence, np.float64)
     is_vector = influence.ndim == 1
     if influence.ndim > 2 or len(influence) != len(matrix) or not np.isfinite(influence).all() or not influence.any():
         raise ValueError(f"influence must be finite, not all 0, and of shape [{len(matrix)}], got {influence}")
-    eigenvalue, shape = _checked_modes(stiffness, matrix, may_move_freely=may_move_freely)
+    eigenvalue, shape = _checked_modes(matrix, stiffness, may_move_freely=may_move_freely)
     shape = shape.T  # [mode, dof]
     shape /= np.take_along_axis(shape, np.abs(shape).argmax(axis=1)[:, None], axis=1)
     modal_mass = np.einsum("mi,ij,mj->m", shape, matrix, shape)
@@ -102,13 +102,13 @@ def natural_periods(mass: np.ndarray, stiffness: np.ndarray) -> np.ndarray:
 
     It makes no dataset, whose first variable imports Dask if Dask is installed, which takes 0.3 s.
     """
-    stiffness, matrix = _checked_matrices(stiffness, mass)
-    eigenvalue, _ = _checked_modes(stiffness, matrix)
+    matrix, stiffness = _checked_matrices(mass, stiffness)
+    eigenvalue, _ = _checked_modes(matrix, stiffness)
     return 2 * np.pi / np.sqrt(eigenvalue)
 
 
-def _checked_matrices(stiffness: np.ndarray, mass: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the stiffness and the mass matrix; raise a ValueError if one is not symmetric, or a mass is missing."""
+def _checked_matrices(mass: np.ndarray, stiffness: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the mass and the stiffness matrix; raise a ValueError if one is not symmetric, or a mass is missing."""
     mass = unmasked("mass", mass, np.float64)
     stiffness = unmasked("stiffness", stiffness, np.float64)
     matrix = np.diag(mass) if mass.ndim == 1 else mass
@@ -122,11 +122,11 @@ def _checked_matrices(stiffness: np.ndarray, mass: np.ndarray) -> tuple[np.ndarr
             f"mass must be positive definite, but its least eigenvalue is {least:.6g} kg: give every degree of freedom "
             "mass"
         )
-    return stiffness, matrix
+    return matrix, stiffness
 
 
 def _checked_modes(
-    stiffness: np.ndarray, mass: np.ndarray, *, may_move_freely: bool = False
+    mass: np.ndarray, stiffness: np.ndarray, *, may_move_freely: bool = False
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return the result of `undamped_modes`; raise a ValueError if a mode moves freely that may not."""
     eigenvalue, shape = undamped_modes(stiffness, mass)

@@ -155,8 +155,8 @@ def _of_parts(
                 raise ValueError(f"samples that begin in state {origin!r}: {error}") from error
             remarks.append(f"only {rows.size} samples begin in state {origin!r}: no curves from this state")
             continue
-        said = [each for message, _ in caught for each in message.removeprefix("fragility:").split("\n- ")]
-        remarks += [f"from state {origin!r}: {each.strip()}" for each in said if each.strip()]
+        sentences = [each for message, _ in caught for each in message.removeprefix("fragility:").split("\n- ")]
+        remarks += [f"from state {origin!r}: {each.strip()}" for each in sentences if each.strip()]
         at = np.searchsorted(levels, part["stripe"].values)
         for key in (f"{each}{end}" for each in CURVES for end in BOUNDS):
             found[key][place, place:] = part[key].values

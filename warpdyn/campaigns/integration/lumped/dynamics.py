@@ -76,17 +76,16 @@ class LumpedDynamics(Dynamics):
     def _refuses_implicit(self) -> str:
         """Return why implicit methods do not support the structure; "" if they do."""
         if self.structure.dofs > MOST_DOFS_OF_IMPLICIT:
-            return (
-                f"implicit methods take at most {MOST_DOFS_OF_IMPLICIT} degrees of freedom, not {self.structure.dofs}"
-            )
+            dofs = self.structure.dofs
+            return f"implicit methods support at most {MOST_DOFS_OF_IMPLICIT} degrees of freedom, not {dofs}"
         if self.structure.column_line is not None:
-            return "implicit methods do not take frames with hinges, whose rotations have no mass"
+            return "implicit methods do not support frames with hinges, whose rotations have no mass"
         for spring in self.structure.given_springs:
             if isinstance(spring, BiaxialSpring):
-                return f"implicit methods do not take biaxial springs, such as {spring.name!r}"
+                return f"implicit methods do not support biaxial springs, such as {spring.name!r}"
             if issubclass(spring.law, Contact) and not issubclass(spring.law, HertzContact):
                 return (
-                    "implicit methods do not take contacts whose force depends on the rate of deformation, such as "
+                    "implicit methods do not support contacts whose force depends on the rate of deformation, such as "
                     f"{spring.law.name!r} of spring {spring.name!r}"
                 )
         return ""

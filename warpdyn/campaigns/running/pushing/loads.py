@@ -77,20 +77,27 @@ def control_dof(structure: LumpedStructure, loads: np.ndarray, control: str | No
     Args:
         structure: The structure.
         loads: Loads, shape [dof].
-        control: Name of the degree of freedom; None: the translation that moves most under the loads in elastic
-            equilibrium.
+        control: Name of the degree of freedom; None: the translation with the largest positive displacement under the
+            loads in elastic equilibrium.
 
     Raises:
-        ValueError: If the name is unknown, or the loads do not move this degree of freedom in their direction.
+        ValueError: If the name is unknown, the loads do not move this degree of freedom in their direction, or no
+            translation has a positive displacement.
     """
     one = {name: values[None] for name, values in structure.parameters.items()}
     moves = np.linalg.solve(structure.stiffness_matrices(one)[0], loads)
+    least = LEAST_SHARE * np.abs(moves).max()
     if control is None:
         moves = np.where(structure.kinds.rotating["dof"], -np.inf, moves)
+        if moves.max() <= least:
+            raise ValueError(
+                "control is missing: no translation has a positive displacement under the loads. Name the degree of "
+                f"freedom whose displacement is prescribed, such as control={structure.dof_names[0]!r}"
+            )
         return int(moves.argmax())
     check_known("control", [checked_text("control", control)], structure.dof_names)
     place = structure.dof_names.index(control)
-    if moves[place] <= LEAST_SHARE * np.abs(moves).max():
+    if moves[place] <= least:
         raise ValueError(
             f"control={control!r}: the loads do not move this degree of freedom in the direction of the base shear: "
             "choose another one, or omit control="

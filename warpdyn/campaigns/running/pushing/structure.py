@@ -142,7 +142,7 @@ class PushedStructure(Pushed):
         self.launch.launch()
 
     def _balance(self, scale: float) -> float | None:
-        """Move the trial displacements to an equilibrium; return its base shear [N], or None if none is found.
+        """Move the trial displacements to an equilibrium; return its base shear [N], or None if the search fails.
 
         Newton's method at a prescribed displacement. A correction by the tangents must reduce the unbalanced force;
         otherwise one by the initial stiffness is used.

@@ -2,7 +2,7 @@
 
 Newton's method ends only if all moments balance. Three guards keep it safe: a rotation changes by at most MOST_TURN in
 an iteration; a step beyond the minimum of energy along its direction is shortened (false position); and if
-NEWTON_SOLUTIONS were not sufficient, the search starts again from the rotations before it with the initial
+NEWTON_SOLUTIONS were not sufficient, the search starts again from the rotations before the search, with the initial
 stiffness of all hinges, over-relaxed, which is the fixed-point iteration on plastic rotations. A sample without a
 solution has the status not_converged.
 """

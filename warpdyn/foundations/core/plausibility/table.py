@@ -32,6 +32,7 @@ from warpdyn.foundations.core.plausibility.check import (
     over_highest,
     with_units,
 )
+from warpdyn.foundations.core.plausibility.soil_and_footings import CHECKS_OF_FOUNDATIONS
 
 _MASS, _PER_MASS = with_units("mass", MASS, 0.5), with_units("mass", MASS, -1)
 _PER_HEIGHT, _PER_STIFFNESS = with_units("height", LENGTH, -1), with_units("stiffness", STIFFNESS, -1)
@@ -55,6 +56,12 @@ CHECKS: Mapping[str, Check] = {
     "random_factor": Check(
         *("random factor", "1", 0.1, 10.0),
         given_in(PERCENT) | {"it may be a value rather than a factor: RandomValue takes it": None} | _SPREAD,
+    ),
+    "given_factor": Check(
+        *("given factor", "1", 0.1, 10.0),
+        given_in(PERCENT)
+        | {"it may be a deviation from 1: give 1 + deviation": lambda factor: factor < 1}
+        | {"it may be a value rather than a factor: GivenValues takes it": lambda factor: factor > 1},
     ),
     "random_value": Check(
         *("random value over the nominal one", "1", 1e-2, 1e2),
@@ -210,15 +217,7 @@ CHECKS: Mapping[str, Check] = {
         with_units("weight", FORCE) | _PER_MASS,
     ),
     "spring_radius": Check("radius of the slider", "m", 0.4, 15.0, given_in(LENGTH)),
-    "soil_density": Check(
-        *("density of the soil", "kg/m3", 800.0, 4000.0),
-        given_in({"t/m3": 1e3, "kN/m3 of weight": 1e3 / G}),
-    ),
-    # Peat has 30 m/s, intact rock up to 3,500 m/s.
-    "soil_shear_wave_velocity": Check(
-        *("shear-wave velocity of the soil", "m/s", 25.0, 5000.0),
-        given_in({"km/s": 1e3} | VELOCITY),
-    ),
+    **CHECKS_OF_FOUNDATIONS,
     "plan_side": Check("side of the plan", "m", 2.0, 400.0, given_in(LENGTH)),
     # A uniform rectangle has 0.58; 1 is a mass in the corners.
     "gyration_over_plan": Check(

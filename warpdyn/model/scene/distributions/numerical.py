@@ -132,8 +132,7 @@ class Truncated(Numerical):
         if not self._inside >= LEAST_PROBABILITY:
             raise ValueError(
                 f"Truncated: {self.distribution!r} is between {low:g} and {high:g} with a probability of "
-                f"{self._inside:.2g}; "
-                "check the unit of low and high"
+                f"{self._inside:.2g}; check the unit of low and high"
             )
 
     @cached_property

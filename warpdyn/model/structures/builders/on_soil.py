@@ -9,6 +9,7 @@ import numpy as np
 
 from warpdyn.foundations.core.checks import check_kind, one_of, real_number
 from warpdyn.foundations.core.near_misses import suggests_names, with_suggestions
+from warpdyn.foundations.core.plausibility import PlausibilityFindings
 from warpdyn.foundations.core.units import STANDARD_GRAVITY
 from warpdyn.model.structures.builders.changed_structures import (
     arguments_after,
@@ -99,7 +100,7 @@ def foundation_springs(
         footing: The footing; a `CircularFooting` has the impedance of cone models.
         soil: The soil.
         direction: Direction of the motion: along the "width" or the "length" of the footing.
-        soil_damping_ratio: Hysteretic damping of the soil [1], which adds 2 beta_s K / omega to both dashpots.
+        soil_damping_ratio: Hysteretic damping of the soil [1], below 1, which adds 2 beta_s K / omega to both dashpots.
         rocking_dashpot: Coefficient of the rocking dashpot by radiation [N m s]; None: that of Pais and Kausel, which
             exists only for a footing at the surface, or that of the cone.
         trapped_inertia: Moment of inertia of the soil that moves with a disk that rocks [kg m2], 0 or above; only for a
@@ -124,6 +125,11 @@ def foundation_springs(
     check_footing("foundation_springs", footing, soil, can_be_circular=True)
     one_of("direction", direction, MODES)
     damping = real_number("soil_damping_ratio", soil_damping_ratio, least=0)
+    if damping >= 1:
+        raise ValueError(
+            f"soil_damping_ratio is {damping:g}, but must be below 1: give a fraction, such as soil_damping_ratio=0.05 "
+            "for 5 percent"
+        )
     impedance = Impedance(footing, soil, trapped_inertia)
     whole = _in_one_direction("foundation_springs", structure)
     heights = _heights("foundation_springs", structure, whole, floor_heights)
@@ -170,9 +176,9 @@ def structure_on_soil(
 
     With `uplift`, the footing also moves vertically: the degree of freedom "heave" [m] is its upward displacement from
     the settlement under the weight. Vertical contacts (`wd.laws.PreloadedContact`), "contact 1" and so on, replace the
-    spring "rocking". Until the first lift-off the response is that without uplift; the contacts share the rocking
-    dashpot in proportion to their stiffness. The mass of "heave" is that of structure and foundation. The ground
-    does not move vertically, and the footing does not slide.
+    spring "rocking". Until the first lift-off the response is the response without uplift; the contacts share the
+    rocking dashpot in proportion to their stiffness. The mass of "heave" is that of structure and foundation. The
+    ground does not move vertically, and the footing does not slide.
 
     Args:
         structure: The structure on a fixed base, in one horizontal direction.
@@ -234,12 +240,45 @@ def structure_on_soil(
     coupling[: whole.dofs, : whole.dofs] = mass - np.diag(masses)
     arguments["springs"] += own
     of_base = [base_mass, inertia, _moving_mass(whole) + base_mass][: len(base)]
-    return LumpedStructure(
+    found = LumpedStructure(
         dict(zip(dofs, [*masses.tolist(), *of_base], strict=True)),
         influence={**dict(zip(whole.dof_names, influence.tolist(), strict=True)), "sway": 1.0},
         mass_matrix=coupling if coupling.any() else None,
         **arguments,
     )
+    _warn_of_implausible(whole, found, springs, uplift, base_mass, inertia)
+    return found
+
+
+def _warn_of_implausible(
+    fixed: LumpedStructure,
+    on_soil: LumpedStructure,
+    springs: FoundationSprings,
+    uplift: FoundationUplift | None,
+    base_mass: float,
+    inertia: float,
+) -> None:
+    """Warn of implausible stiffnesses, dashpots, masses and weights of a foundation, compared with its building.
+
+    Args:
+        fixed: The structure on a fixed base.
+        on_soil: The structure on soil.
+        springs: Springs and dashpots of the foundation.
+        uplift: How the footing may lift off.
+        base_mass: Mass of the foundation [kg].
+        inertia: Moment of inertia of the foundation [kg m2].
+    """
+    findings = PlausibilityFindings()
+    mass = _moving_mass(fixed)
+    findings.add("period_on_soil", on_soil.fundamental_period / fixed.fundamental_period)
+    if springs.sway_dashpot:
+        findings.add("sway_dashpot_over_stiffness", springs.sway_dashpot / springs.sway_stiffness)
+    findings.add("foundation_mass_over_building", base_mass / mass)
+    lever = springs.rocking_stiffness / springs.sway_stiffness
+    findings.add("rocking_inertia_over_masses", inertia / ((mass + base_mass) * lever))
+    if uplift is not None and uplift.weight is not None:
+        findings.add("uplift_weight_over_weight", uplift.weight / (STANDARD_GRAVITY * (mass + base_mass)))
+    findings.warn()
 
 
 def _moving_mass(structure: LumpedStructure) -> float:

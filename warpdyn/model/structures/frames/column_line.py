@@ -63,7 +63,7 @@ def checked_line(frame: Frame) -> list[Storey]:
 
 
 def base_turn(frame: Frame, line: list[Storey]) -> bool | float:
-    """Return True if the base cannot rotate, or the stiffness of its rotational spring [N m/rad]."""
+    """Return the rotational stiffness of the base [N m/rad]: True if it cannot rotate, 0 if it is pinned."""
     base = list(frame.nodes)[frame.ends[line[0].column, line[0].lower]]
     return frame.supports[base].get("rz", 0.0)
 
@@ -121,6 +121,6 @@ def checked_hinges(frame: Frame, line: list[Storey], given: object) -> dict[tupl
         if not isinstance(row, Mapping) or "law" not in row:
             raise ValueError(f"hinges: {place!r} needs a dictionary with 'law', got {shortened(row)}")
         if "stiffness" in row:
-            raise ValueError(f"hinges: {place!r} takes no stiffness: it is spring_{place[1]} of member {place[0]!r}")
+            raise ValueError(f"hinges: remove stiffness of {place!r}: it is spring_{place[1]} of member {place[0]!r}")
         found[place] = {str(name): value for name, value in row.items()}
     return found

@@ -205,15 +205,15 @@ class HingedFishbone(ReducedFrame):
 
     def description(self) -> dict[str, Any]:
         """Return the structure as a dictionary, for its JSON."""
-        told = super().description()
+        found = super().description()
         for name in ("dofs", "reduction", "modes", "vertical", "members"):
-            del told[name]
+            del found[name]
         by_name = {spring.name: spring for spring in self.springs}
         rows = []
         for (member, end), name in zip(self.hinges, self.hinge_names, strict=True):
             spring = by_name[name]
             rows.append({"member": member, "end": end, "law": spring.law.name, **spring.parameters})
-        return told | {"type": "HingedFishbone", "hinges": rows}
+        return found | {"type": "HingedFishbone", "hinges": rows}
 
     def __repr__(self) -> str:
         return (

@@ -28,7 +28,7 @@ from warpdyn.model.structures.lumped.names import (
 from warpdyn.model.structures.lumped.places.free_motions import mass_problem, stiffness_problem
 from warpdyn.model.structures.lumped.places.kinds import kinds_of
 from warpdyn.model.structures.lumped.places.spring_values import checked_springs, parameters_of_springs, spring_values
-from warpdyn.model.structures.lumped.places.storeys import Storeys, checked_storeys
+from warpdyn.model.structures.lumped.places.storeys import Storeys, check_different_storeys, checked_storeys
 from warpdyn.model.structures.lumped.spring import Spring
 from warpdyn.model.structures.modal import modal_properties
 from warpdyn.model.structures.structure import Structure, count_along
@@ -195,6 +195,7 @@ class LumpedStructure(LumpedMatrices, Structure):
         if storey_height is not None or storey_springs is not None:
             names, rotating = self.names_along("spring"), self.kinds.rotating["spring"]
             arrays["height"], self.storey_springs = checked_storeys(storey_height, storey_springs, names, rotating)
+            check_different_storeys(self.storey_springs, self.directions != 0, self.dof_names)
         self.parameter_table: Mapping[str, Parameter] = FrozenMapping(parameters_of_springs(self.storey_law, arrays))
         for name in OF_STRUCTURE:
             problem = name in arrays and self.parameter_table[name].first_violation(name, arrays[name], ())

@@ -12,7 +12,7 @@ import pandas as pd
 
 from warpdyn.foundations.core.checks import one_of, real_number, shortened
 from warpdyn.foundations.core.near_misses import did_you_mean
-from warpdyn.foundations.files.text import comma_hint, read_csv, read_csv_text, separator_hint
+from warpdyn.foundations.files.text import comma_hint, existing_file, read_csv, separator_hint
 
 TableLike: TypeAlias = Mapping[str, Any] | pd.DataFrame | str | os.PathLike
 Rows: TypeAlias = dict[str, dict[str, Any]]
@@ -103,9 +103,9 @@ def read_table(argument: str, given: object, noun: str, columns: Mapping[str, Co
 def _raw_rows(argument: str, given: object, noun: str, columns: Sequence[str]) -> list[tuple[str, dict[str, Any]]]:
     """Return (name, row) for each row of a table, without checks of the values."""
     if isinstance(given, str | os.PathLike):
-        read_csv_text(argument, given)  # refuses files that are not CSV
+        path = existing_file(argument, given)
         try:
-            read = read_csv(given, identifier=noun)
+            read = read_csv(path, identifier=noun)
         except ValueError as error:
             raise ValueError(f"{argument}: {error}") from None
         if noun not in read:

@@ -62,6 +62,7 @@ class RectangularFooting:
                 "only below the surface; reduce contact_height= or increase embedment="
             )
         object.__setattr__(self, "contact_height", height)
+        _warn_of_size(half_length=self.half_length, half_width=self.half_width, embedment=embedment)
 
     @property
     def aspect(self) -> float:
@@ -104,6 +105,7 @@ class CircularFooting:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "radius", real_number("radius [m]", self.radius, above=0))
+        _warn_of_size(radius=self.radius)
 
 
 @with_suggestions
@@ -160,7 +162,10 @@ class Soil:
             )
         findings = PlausibilityFindings()
         findings.add("soil_density", density)
-        findings.add("soil_shear_wave_velocity", velocity)
+        if self.shear_modulus is None:
+            findings.add("soil_shear_wave_velocity", velocity)
+        else:
+            findings.add("soil_shear_modulus", modulus)
         findings.warn()
         values = {"poisson_ratio": ratio, "density": density, "shear_modulus": modulus, "shear_wave_velocity": velocity}
         for name, value in values.items():
@@ -176,6 +181,14 @@ class Soil:
     def lysmer_velocity(self) -> float:
         """Lysmer's analogue velocity 3.4 Vs / (pi (1 - nu)) [m/s]."""
         return 3.4 * self.shear_wave_velocity / (np.pi * (1 - self.poisson_ratio))
+
+
+def _warn_of_size(**sizes: float) -> None:
+    """Warn if a dimension of a footing [m] is implausible."""
+    findings = PlausibilityFindings()
+    for name, size in sizes.items():
+        findings.add("footing_size", size, f" ({name})")
+    findings.warn()
 
 
 def check_footing(function: str, footing: object, soil: object = None, *, can_be_circular: bool = False) -> None:

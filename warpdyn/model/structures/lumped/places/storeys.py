@@ -71,3 +71,23 @@ def checked_storeys(
             places += here
         found.append(tuple(places))
     return heights, tuple(found)
+
+
+def check_different_storeys(storeys: Storeys, is_connected: np.ndarray, dofs: Sequence[str]) -> None:
+    """Raise a ValueError if the springs of two storeys connect the same degrees of freedom: they are one storey.
+
+    Args:
+        storeys: Places of the springs of each storey.
+        is_connected: Whether each spring is connected to each degree of freedom, shape [spring, dof].
+        dofs: Names of the degrees of freedom.
+    """
+    owner: dict[tuple[str, ...], int] = {}
+    for storey, places in enumerate(storeys, start=1):
+        connected = tuple(dof for place, dof in enumerate(dofs) if is_connected[list(places), place].any())
+        first = owner.setdefault(connected, storey)
+        if first != storey:
+            raise ValueError(
+                f"storey_springs: storeys {first} and {storey} connect the same degrees of freedom "
+                f"({', '.join(map(repr, connected))}), so that they are one storey: list the springs of one storey "
+                "together, such as storey_springs=[['south 1', 'north 1'], ['south 2', 'north 2']]"
+            )
