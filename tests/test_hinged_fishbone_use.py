@@ -113,3 +113,26 @@ def test_scene_from_json():
     again = wd.Scene.from_json(scene.to_json(), motions=[used])
     assert again.to_json() == scene.to_json()
     assert again.structure.hinge_names == ("B2 start", "C1 start")
+
+
+def test_buildings_of_a_portfolio_without_hinges_have_no_spring_without_equilibrium():
+    building = wd.ShearBuilding([5e4, 5e4], 5e7, 3.6, damping="rayleigh", damping_ratio=0.03)
+    town = wd.Portfolio({"stick": wd.Archetype(building, count=2), "hinged": wd.Archetype(reference_model())})
+    scene = wd.Scene(town, wd.Cloud([motion("pulse_1", 1)]), recorders=("drift",))
+    run = wd.simulate(scene, device="cpu")
+    assert run["status"].values.tolist() == [0, 0, 0]
+    assert run["spring_without_equilibrium"].values.tolist() == [-1, -1, -1]
+
+
+def test_warning_of_hinges_without_equilibrium_recommends_a_shorter_step():
+    def brittle(strength: float, plastic: float, post_capping: float) -> dict:
+        return steel(strength, plastic, post_capping) | {"ultimate_drift": 0.03}
+
+    scene = wd.Scene(reference_model(brittle), wd.Cloud([motion("pulse_2", 5)]), recorders=("spring",))
+    with pytest.warns(UserWarning, match="not_converged: the hinges of a frame have no equilibrium") as caught:
+        run = wd.simulate(scene, device="cpu", method="leapfrog", step=0.01, on_unstable="flag")
+    assert run["status"].item() == 4
+    assert run["spring_without_equilibrium"].item() >= 10
+    [words] = [str(each.message) for each in caught if "not_converged" in str(each.message)]
+    assert "Try a shorter step=" in words
+    assert "explicit" not in words
