@@ -91,7 +91,7 @@ class LumpedStructure(LumpedMatrices, Structure):
             for buildings and earthquakes, and no parameter `incidence_angle`.
         storey_height: Storey heights from the ground up [m], one value or shape [storey]; needs `storey_springs`.
         storey_springs: Springs of each storey, from the ground up: a name or a list of names per storey. The drift of a
-            storey is the largest deformation of its springs (recorder "drift"); Scene(collapse_drift_ratio=...) and
+            storey is the largest deformation of its springs, which are not biaxial (recorder "drift"); Scene(collapse_drift_ratio=...) and
             portfolios need it. None: no storeys.
 
     Raises:
@@ -194,7 +194,9 @@ class LumpedStructure(LumpedMatrices, Structure):
             arrays[INCIDENCE] = np.array(0.0)
         if storey_height is not None or storey_springs is not None:
             names, rotating = self.names_along("spring"), self.kinds.rotating["spring"]
-            arrays["height"], self.storey_springs = checked_storeys(storey_height, storey_springs, names, rotating)
+            arrays["height"], self.storey_springs = checked_storeys(
+                storey_height, storey_springs, names, rotating, self.pairs
+            )
         self.parameter_table: Mapping[str, Parameter] = FrozenMapping(parameters_of_springs(self.storey_law, arrays))
         for name in OF_STRUCTURE:
             problem = name in arrays and self.parameter_table[name].first_violation(name, arrays[name], ())
