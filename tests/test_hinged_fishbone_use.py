@@ -23,8 +23,10 @@ HINGE = {"law": "bilinear", "yield_force": 5e6, "hardening_ratio": 0.02}
         (fishbone, {("B1", "end"): HINGE}, r"\('B1', 'end'\) is not an end"),
         (fishbone, {("C1", "start"): {"yield_force": 5e6}}, "needs a dictionary with 'law'"),
         (fishbone, {("C1", "start"): HINGE | {"stiffness": 1e9}}, "takes no stiffness: it is spring_start"),
-        (fishbone, {("C1", "start"): {"law": "bouc_wen"}}, "hinge 'C1 start'.*not a law of hinges|'C1 start'.*missing"),
-        (fishbone, {("C1", "start"): {"law": "takeda"}}, "'C1 start'"),
+        (fishbone, {("C1", "start"): {"law": "bouc_wen"}}, "hinge 'C1 start': 'bouc_wen' is not a law of hinges"),
+        (fishbone, {("C1", "start"): {"law": "takeda"}}, "'takeda' is not a law of hinges; choose one of bilinear"),
+        (fishbone, {("C1", "start"): {"law": "bilinar"}}, "did you mean 'bilinear'"),
+        (fishbone, {}, "hinges is empty: give at least one hinge.*Frame.lumped"),
     ],
 )
 def test_wrong_hinges_are_named(frame, hinges, message):
@@ -46,8 +48,31 @@ def test_hinge_at_an_end_without_a_spring_is_refused():
 
 def test_energy_is_refused():
     scene_of = {"recorders": ("energy",)}
-    with pytest.raises(ValueError, match="energy"):
+    with pytest.raises(ValueError, match="energies of a HingedFishbone are not recorded"):
         wd.Scene(reference_model(), wd.Cloud([motion("pulse_1", 1)]), **scene_of)
+
+
+@pytest.mark.parametrize("outputs", [None, "drift", ("moment",)])
+def test_wrong_outputs_are_named(outputs):
+    with pytest.raises(ValueError, match=r"outputs of a HingedFishbone are \('drift',\) or \(\)"):
+        wd.HingedFishbone(fishbone(), {("C1", "start"): HINGE}, outputs=outputs)
+
+
+def test_gravity_on_a_vertical_support_is_refused_or_warned_of():
+    told = fishbone().description()
+    told["nodes"]["J3"]["gravity_load"] = 1e5
+    frame = wd.Frame(**told)
+    with pytest.raises(ValueError, match=r"gravity_load of node 'J3' has no P-Delta effect.*leaning column"):
+        wd.HingedFishbone(frame, {("C1", "start"): HINGE})
+    plain = wd.HingedFishbone(frame, {("C1", "start"): HINGE}, p_delta=False)
+    assert not plain.p_delta
+    for used in (frame.modal, frame.lumped):
+        with pytest.warns(UserWarning, match="gravity_load of node 'J3' has no P-Delta effect"):
+            used(p_delta=True)
+    # The load has indeed no effect on the periods.
+    with pytest.warns(UserWarning, match="has no P-Delta effect"):
+        periods = frame.modal(p_delta=True)["period"].values
+    np.testing.assert_allclose(periods, fishbone().modal(p_delta=True)["period"].values, rtol=1e-12)
 
 
 @pytest.mark.parametrize("kind", ["none", "rayleigh", "modal"])
