@@ -60,8 +60,8 @@ def checked_storeys(
             for place in here:
                 if place >= len(springs) - 2 * pairs:
                     raise ValueError(
-                        f"storey_springs: spring {name!r} of storey {storey} is biaxial, but storey drifts are those of "
-                        "single springs, not resultants: remove it. Give its resultant as an output, such as "
+                        f"storey_springs: spring {name!r} of storey {storey} is biaxial, but storey drifts are not "
+                        "resultants: remove it. Give its resultant as an output, such as "
                         f"outputs={{'drift {storey}': [{{'x': 1 / height}}, {{'y': 1 / height}}]}}, and collapse by "
                         "deformation_capacity= of the BiaxialSpring"
                     )
