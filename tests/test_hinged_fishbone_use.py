@@ -23,8 +23,10 @@ HINGE = {"law": "bilinear", "yield_force": 5e6, "hardening_ratio": 0.02}
         (fishbone, {("B1", "end"): HINGE}, r"\('B1', 'end'\) is not an end"),
         (fishbone, {("C1", "start"): {"yield_force": 5e6}}, "needs a dictionary with 'law'"),
         (fishbone, {("C1", "start"): HINGE | {"stiffness": 1e9}}, "remove stiffness of .*: it is spring_start"),
-        (fishbone, {("C1", "start"): {"law": "bouc_wen"}}, "hinge 'C1 start'.*not a law of hinges|'C1 start'.*missing"),
-        (fishbone, {("C1", "start"): {"law": "takeda"}}, "'C1 start'"),
+        (fishbone, {("C1", "start"): {"law": "bouc_wen"}}, "hinge 'C1 start': 'bouc_wen' is not a law of hinges"),
+        (fishbone, {("C1", "start"): {"law": "takeda"}}, "'takeda' is not a law of hinges; choose one of bilinear"),
+        (fishbone, {("C1", "start"): {"law": "bilinar"}}, "did you mean 'bilinear'"),
+        (fishbone, {}, "hinges is empty: give at least one hinge.*Frame.lumped"),
     ],
 )
 def test_wrong_hinges_are_named(frame, hinges, message):
@@ -46,8 +48,31 @@ def test_hinge_at_an_end_without_a_spring_is_refused():
 
 def test_energy_is_refused():
     scene_of = {"recorders": ("energy",)}
-    with pytest.raises(ValueError, match="energy"):
+    with pytest.raises(ValueError, match="energies of a HingedFishbone are not recorded"):
         wd.Scene(reference_model(), wd.Cloud([motion("pulse_1", 1)]), **scene_of)
+
+
+@pytest.mark.parametrize("outputs", [None, "drift", ("moment",)])
+def test_wrong_outputs_are_named(outputs):
+    with pytest.raises(ValueError, match=r"outputs of a HingedFishbone are \('drift',\) or \(\)"):
+        wd.HingedFishbone(fishbone(), {("C1", "start"): HINGE}, outputs=outputs)
+
+
+def test_gravity_on_a_vertical_support_is_refused_or_warned_of():
+    told = fishbone().description()
+    told["nodes"]["J3"]["gravity_load"] = 1e5
+    frame = wd.Frame(**told)
+    with pytest.raises(ValueError, match=r"gravity_load of node 'J3' has no P-Delta effect.*leaning column"):
+        wd.HingedFishbone(frame, {("C1", "start"): HINGE})
+    plain = wd.HingedFishbone(frame, {("C1", "start"): HINGE}, p_delta=False)
+    assert not plain.p_delta
+    for used in (frame.modal, frame.lumped):
+        with pytest.warns(UserWarning, match="gravity_load of node 'J3' has no P-Delta effect"):
+            used(p_delta=True)
+    # The load has indeed no effect on the periods.
+    with pytest.warns(UserWarning, match="has no P-Delta effect"):
+        periods = frame.modal(p_delta=True)["period"].values
+    np.testing.assert_allclose(periods, fishbone().modal(p_delta=True)["period"].values, rtol=1e-12)
 
 
 @pytest.mark.parametrize("kind", ["none", "rayleigh", "modal"])
@@ -113,3 +138,26 @@ def test_scene_from_json():
     again = wd.Scene.from_json(scene.to_json(), motions=[used])
     assert again.to_json() == scene.to_json()
     assert again.structure.hinge_names == ("B2 start", "C1 start")
+
+
+def test_buildings_of_a_portfolio_without_hinges_have_no_spring_without_equilibrium():
+    building = wd.ShearBuilding([5e4, 5e4], 5e7, 3.6, damping="rayleigh", damping_ratio=0.03)
+    town = wd.Portfolio({"stick": wd.Archetype(building, count=2), "hinged": wd.Archetype(reference_model())})
+    scene = wd.Scene(town, wd.Cloud([motion("pulse_1", 1)]), recorders=("drift",))
+    run = wd.simulate(scene, device="cpu")
+    assert run["status"].values.tolist() == [0, 0, 0]
+    assert run["spring_without_equilibrium"].values.tolist() == [-1, -1, -1]
+
+
+def test_warning_of_hinges_without_equilibrium_recommends_a_shorter_step():
+    def brittle(strength: float, plastic: float, post_capping: float) -> dict:
+        return steel(strength, plastic, post_capping) | {"ultimate_drift": 0.03}
+
+    scene = wd.Scene(reference_model(brittle), wd.Cloud([motion("pulse_2", 5)]), recorders=("spring",))
+    with pytest.warns(UserWarning, match="not_converged: the hinges of a frame have no equilibrium") as caught:
+        run = wd.simulate(scene, device="cpu", method="leapfrog", step=0.01, on_unstable="flag")
+    assert run["status"].item() == 4
+    assert run["spring_without_equilibrium"].item() >= 10
+    [words] = [str(each.message) for each in caught if "not_converged" in str(each.message)]
+    assert "Try a shorter step=" in words
+    assert "explicit" not in words

@@ -198,6 +198,7 @@ def test_a_step_without_a_solution_is_flagged_and_an_explicit_method_recommended
     [words] = [str(each.message) for each in caught if "not_converged" in str(each.message)]
     for part in ("energy capacity", "no solution", "a shorter step does not help", 'method="rk4"'):
         assert part in words
+    assert "hinge" not in words
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         # Histories near the end of the energy capacity are sensitive to the step, which is another matter.

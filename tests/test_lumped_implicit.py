@@ -49,6 +49,33 @@ def test_a_chain_has_the_response_of_its_shear_building(method, gravity):
     assert run["status"].item() == 0
 
 
+@pytest.mark.parametrize("method", IMPLICIT)
+def test_an_elastic_structure_may_be_at_rest_at_first(method):
+    """The response after zeros of the motion is that without the zeros, and that of an independent Newmark method."""
+    shaken = pulse(6.0, 0.5, 0.4, 4.0)
+    late = wd.GroundMotion(np.append(np.zeros(20), shaken.acceleration), shaken.step, "late")
+    masses, stiffnesses = [2e5, 1.5e5], [1.2e8, 7e7]
+    building = wd.ShearBuilding(masses, stiffnesses, 3.5, law="elastic", damping="none")
+    scenes = [wd.Scene(wd.lumped_chain(building), each, recorders=("spring",), tail=0.0) for each in (late, shaken)]
+    settings = SETTINGS | {"step": shaken.step, "method": method, "longest_step": None, "on_unstable": "flag"}
+    found, due = (wd.simulate(scene, **settings) for scene in scenes)
+    assert found["status"].item() == due["status"].item() == 0
+    peaks = found["peak_spring_deformation"].values[0]
+    np.testing.assert_allclose(peaks, due["peak_spring_deformation"].values[0], rtol=1e-9)
+    if method != "newmark_average":
+        return
+    mass, h = np.diag(masses), shaken.step
+    stiffness = np.array([[sum(stiffnesses), -stiffnesses[1]], [-stiffnesses[1], stiffnesses[1]]])
+    u, v, a = np.zeros(2), np.zeros(2), np.full(2, -late.acceleration[0])
+    largest = np.zeros(2)
+    for base in late.acceleration[1:]:
+        ahead, quick = u + h * v + h**2 / 4 * a, v + h / 2 * a
+        a = np.linalg.solve(mass + h**2 / 4 * stiffness, -mass @ np.full(2, base) - stiffness @ ahead)
+        u, v = ahead + h**2 / 4 * a, quick + h / 2 * a
+        largest = np.maximum(largest, np.abs([u[0], u[1] - u[0]]))
+    np.testing.assert_allclose(peaks, largest, rtol=1e-6)
+
+
 def eccentric(strength: float = 1.0) -> wd.TorsionalBuilding:
     """Two floors with eccentric masses (full mass matrix) and bilinear frames."""
     rows = [("a", (0, 5), "x", 6e7, 9e5), ("b", (-2, -5), "x", 4e7, 6e5), ("c", (-9, 1), "y", 9e7, 12e5)]

@@ -28,7 +28,7 @@ LARGEST_CHANGE = 0.01  # relative change of a reliable sample's peak drift in a 
 # first value that is not empty.
 SUMS: tuple[str, ...] = ("beyond", "unsure", "in_float64", "blank", "too_long", "leaping")
 SUMS += ("off", "sensitive", "unreliable", "checked", "unchecked")
-LEAST, MOST, FIRST = ("longest_accurate", "least"), ("most", "error"), ("first", "never")
+LEAST, MOST, FIRST = ("longest_accurate", "least"), ("most", "error", "has_hinges"), ("first", "never")
 
 
 class StabilityFindings:
@@ -46,6 +46,7 @@ class StabilityFindings:
         self.too_long, self.longest_accurate = 0, np.inf  # samples with an inaccurate step; longest accurate step [s]
         self.failed = dict.fromkeys((DIVERGED, UNSTABLE_STEP, NOT_CONVERGED), 0)
         self.leaping = 0  # samples in which a storey passed its drift capacity by a move of over half of it in one step
+        self.has_hinges = False  # whether structures have a column line
         self.least, self.most = np.inf, 1.0  # step that is stable for all [s]; largest factor on the number of steps
         self.unreliable = self.checked = self.unchecked = 0  # numbers of samples by their flag `unreliable`
         self.error, self.off, self.sensitive = 0.0, 0, 0  # required error; samples above it; sensitive samples
@@ -55,6 +56,7 @@ class StabilityFindings:
     def add_limits(self, run: Ensemble, vibration: Vibration) -> np.ndarray:
         """Add samples to the findings; return which of them have a step beyond the stability limit, shape [sample]."""
         self.least = min(self.least, float(vibration.stable_step.min()))
+        self.has_hinges = self.has_hinges or (run.plan.pattern is not None and run.plan.pattern.line is not None)
         longest = vibration.stable_step[run.row]
         unstable = run.schedule.step > longest
         if not unstable.any():
@@ -77,9 +79,9 @@ class StabilityFindings:
 
     def of_no_samples(self) -> StabilityFindings:
         """Return empty findings for the same run and event."""
-        findings = StabilityFindings(self.samples, self.method)
-        findings.event = self.event
-        return findings
+        found = StabilityFindings(self.samples, self.method)
+        found.event = self.event
+        return found
 
     def include(self, other: StabilityFindings) -> None:
         """Add the findings on later samples, such as the samples of the next block, to these findings."""
@@ -158,13 +160,15 @@ class StabilityFindings:
             if count
         ]
         if self.failed[NOT_CONVERGED]:
+            flagged = f"{self._are(self.failed[NOT_CONVERGED])} flagged not_converged"
             messages.append(
-                f"{self._are(self.failed[NOT_CONVERGED])} flagged not_converged: method {self.method!r} found no "
-                "equilibrium at the end of a step; demands of such samples are NaN. If the force of a storey law "
-                "jumps, as when the energy capacity of an Ibarra-Medina-Krawinkler storey is exhausted, the step has "
-                "no solution, and a shorter step does not help. Use an explicit method: "
-                f'method="{FALLBACK}". Of a fish-bone frame, spring_without_equilibrium names the hinge; try a shorter '
-                "step"
+                f"{flagged}: the hinges of a frame have no equilibrium in a step; demands of such samples are NaN. "
+                "spring_without_equilibrium is the index of the hinge. Try a shorter step="
+                if self.has_hinges
+                else f"{flagged}: method {self.method!r} found no equilibrium at the end of a step; demands of such "
+                "samples are NaN. If the force of a storey law jumps, as when the energy capacity of an "
+                "Ibarra-Medina-Krawinkler storey is exhausted, the step has no solution, and a shorter step does not "
+                f'help. Use an explicit method: method="{FALLBACK}"'
             )
         if self.too_long:
             messages.append(
@@ -389,9 +393,7 @@ def integrate_guarded(run: Ensemble, samples: np.ndarray, reruns: Reruns | None 
 
 
 def blank_failed(outputs: dict[str, np.ndarray], failed: np.ndarray) -> None:
-    """Set all outputs of failed samples except the status to NaN (integers: -1), so that no statistic uses them."""
-    if not failed.any():
-        return
-    for name, values in outputs.items():
-        if name != "status":
+    """Set demands of failed samples to NaN (integers: -1), so that no statistic uses them."""
+    for name, values in outputs.items() if failed.any() else ():
+        if name not in ("status", "spring_without_equilibrium"):  # why a sample failed
             values[..., failed] = np.nan if np.issubdtype(values.dtype, np.floating) else -1

@@ -101,13 +101,20 @@ class Joined:
         return xr.open_zarr(unfinished.path)
 
     def _rows(self, name: str, first: int, last: int) -> np.ndarray:
-        """Return a variable for all samples of buildings first to last - 1; NaN at storeys that a building lacks."""
+        """Return a variable for all samples of buildings first to last - 1.
+
+        Storeys that a building lacks have NaN or 0; buildings whose group lacks the variable have NaN or -1.
+        """
         widths = (int(self.portfolio.storeys.max()),) * (self.columns[name].ndim - 1)
         dtype = self.dtypes[name]
         rows = np.full((last - first, self.samples_per_building, *widths), np.nan if dtype.kind == "f" else 0, dtype)
         for buildings, of_group in self.parts:
             begin, end = np.searchsorted(buildings, [first, last]).tolist()
-            if begin == end or name not in of_group:
+            if begin == end:
+                continue
+            if name not in of_group:
+                if dtype.kind == "i":
+                    rows[buildings[begin:end] - first] = -1
                 continue
             values = of_group[name][begin * self.samples_per_building : end * self.samples_per_building]
             values = values.reshape(end - begin, self.samples_per_building, *values.shape[1:])

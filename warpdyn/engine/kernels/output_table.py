@@ -11,7 +11,7 @@ from warpdyn.engine.kernels.recorders.steps import ADAPTIVE
 from warpdyn.engine.kernels.registry import recorders
 from warpdyn.foundations.core.output_variables import Variable
 
-# Family of the structure ("chain" or "dense") -> recorder -> name in the dataset -> variable.
+# Family of the structure ("chain", "lumped" or "dense") -> recorder -> name in the dataset -> variable.
 RECORDERS = recorders()
 STOREY_OF_COLLAPSE = Variable(
     (), "1", "storey that collapsed first, counted from 1; -1 where none did", is_demand=False, is_whole=True

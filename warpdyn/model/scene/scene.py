@@ -158,7 +158,10 @@ class Scene:
             one_of(f"recorder of a {type(self.structure).__name__}", name, known)
             if name in lacking:
                 kind = type(self.structure).__name__
-                needs = NEEDS_STOREYS if name == "drift" else f"needs {name}s= of the {kind}"
+                needs = {
+                    "drift": NEEDS_STOREYS,
+                    "energy": f"is not possible: energies of a {kind} are not recorded. Remove it",
+                }.get(name, f"needs {name}s= of the {kind}")
                 raise ValueError(f"recorder {name!r} {needs}")
         object.__setattr__(self, "recorders", tuple(sorted(set(recorders))))
         limit = self.collapse_drift_ratio

@@ -63,7 +63,7 @@ class LumpedDynamics(Dynamics):
         )
         self.counts_reversals = structure.storey_law.counts_reversals(values)
         is_capped = structure.column_line is not None and str(self.law) == capped_rules.GENERAL
-        if is_capped and capped_rules.applies(of_springs):  # faster rules, which read the first coefficients
+        if is_capped and capped_rules.applies(of_springs, representative):  # read the first coefficients
             self.law = capped_rules.variant()
             self.counts_reversals = False  # hinges do not deteriorate
         self.is_sensitive = structure.storey_law.is_sensitive(values)

@@ -21,8 +21,8 @@ OF_ENERGIES = ("mass", "pull")  # the last tables of a pattern
 UNIT = -1  # place of a value that is 1 in all structures
 
 
-# Ends of members of a storey of a column line that may have hinges, and values of a storey.
-PLACES_OF_STOREY, VALUES_OF_STOREY = 3, 4
+PLACES_OF_STOREY = 3  # ends of members of a storey of a column line that may have hinges
+VALUES_OF_STOREY = 4  # stiffness of the column (own end, other end), of the half-beam [N m/rad], 1 / height [1/m]
 
 
 @dataclass(frozen=True)

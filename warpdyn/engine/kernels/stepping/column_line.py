@@ -16,7 +16,6 @@ order = 5
 
 BORROWS = {"hinge_laws": ("first_slope", "hinge_slope"), "hinge_search": ("pace",)}
 
-VALUES = 4  # per storey: stiffness of the column (own end, other end), of the half-beam [N m/rad], 1 / height [1/m]
 MOST_SOLUTIONS = 80
 # Largest unbalanced moment, relative to the largest moment of a column of the sample so far.
 TOLERANCE = {"float32": 5e-5, "float64": 1e-9}
@@ -35,6 +34,7 @@ def names(plan):
     import warp as wp
 
     from warpdyn.engine.device.warp_exchange import number_at
+    from warpdyn.engine.kernels.lumped.pattern import VALUES_OF_STOREY
     from warpdyn.engine.kernels.plan import DTYPES
 
     dtype, line, storeys, lanes = DTYPES[plan.dtype], plan.pattern.line, plan.dofs, plan.lanes
@@ -44,9 +44,9 @@ def names(plan):
         "JOINTS": storeys + 1,
         "ROTATIONS": line.rows - 1,  # rows of rotations without the last one, which is 0
         "ROTATIONS_OF_STOREY": line.ends_of_storey,
-        "VALUES": VALUES,
+        "VALUES": VALUES_OF_STOREY,
         "FIRST_OF_LINE": plan.pattern.first_of_line,
-        "GROUND": plan.pattern.first_of_line + VALUES * storeys,
+        "GROUND": plan.pattern.first_of_line + VALUES_OF_STOREY * storeys,
         "RIGID_BASE": is_rigid_base,
         "HINGED_COLUMNS": line.has_hinged_columns,
         "HINGED_BASE": line.base_hinge >= 0,

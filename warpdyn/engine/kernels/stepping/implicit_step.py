@@ -81,6 +81,7 @@ def declare():
     present_sum = row()
     share_taken = row()
     failed_search = indices()
+    has_factors = indices()  # 1 after the matrix was factored, once for linear springs: the first steps may be at rest
 
 
 def memory_of_stage():
@@ -215,9 +216,10 @@ def judge_trial():
 
 
 def correct_trial():
-    if IS_NEWTON or (index == 0 and iteration == 0):
+    if IS_NEWTON or has_factors[j] == 0:
         slot("find_system")
         slot("factor_system")
+        has_factors[j] = 1
     slot("solve_system")
     share_taken[j] = dtype(1.0)
     for i in range(N):

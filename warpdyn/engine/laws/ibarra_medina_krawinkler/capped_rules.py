@@ -1,19 +1,19 @@
 """Device functions of the bilinear law of Ibarra, Medina and Krawinkler without deterioration, for hinges of frames.
 
 The rules are those of `bilinear_rules.py` with infinite energy capacities, without branches, so that a CPU evaluates
-16 samples at once. The line that replaces a hardening line that is too steep is omitted: `applies` finds parameters
-for which it cannot occur.
+16 samples at once. They hold for all values of the other parameters and for all rotations.
 """
 
 import enum
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from typing import Any
 
 import numpy as np
 import warp as wp
 
+from warpdyn.engine.device.extrema import maximum
 from warpdyn.engine.laws.ibarra_medina_krawinkler.deterioration import on_lines
-from warpdyn.engine.laws.ibarra_medina_krawinkler.parameters import Coefficient as C, IbarraMedinaKrawinklerBilinear
+from warpdyn.engine.laws.ibarra_medina_krawinkler.parameters import Coefficient as C
 from warpdyn.engine.laws.law import Layout
 from warpdyn.engine.laws.row_functions import kept_force
 from warpdyn.engine.laws.spring import Spring
@@ -22,7 +22,7 @@ from warpdyn.engine.laws.springs import Variant
 NAME = "ibarra_medina_krawinkler_capped"
 GENERAL = "ibarra_medina_krawinkler_bilinear"
 CAPACITIES = ("strength_deterioration_drift", "post_capping_deterioration_drift", "unloading_deterioration_drift")
-FARTHEST_TURN = 0.2  # largest plastic rotation [rad] at which the rules are complete, if the ultimate drift is larger
+ALL = wp.constant(wp.float64(2.0))  # loss of slope of a side whose strength is lost
 
 
 class M(Layout):
@@ -32,8 +32,9 @@ class M(Layout):
     FORCE = enum.auto()
     STIFFNESS_LOSS = enum.auto()  # 0.5 after the hinge has turned back from the residual force
     STATE = enum.auto()  # 1 after the residual force was reached; plus 4 on a backbone
-    LOST_ABOVE = enum.auto()  # 1 if the strength of the positive side is lost
-    LOST_BELOW = enum.auto()
+    SLOPE_LOSS_ABOVE = enum.auto()  # of the hardening line of the positive side; ALL if its strength is lost
+    SLOPE_LOSS_BELOW = enum.auto()
+    LIFT = enum.auto()  # rise of the present hardening line above the line through the yield point
 
 
 @wp.func
@@ -52,8 +53,8 @@ def capped_follow(drift: Any, memory: Any, c: Any):
     f_before = side * memory[M.FORCE]
     was_on_backbone = memory[M.STATE] >= four
     seen = wp.where(was_on_backbone, memory[M.STATE] - four, memory[M.STATE])
-    lost = wp.where(up, memory[M.LOST_ABOVE], memory[M.LOST_BELOW])
-    other_lost = wp.where(up, memory[M.LOST_BELOW], memory[M.LOST_ABOVE])
+    slope_loss = wp.where(up, memory[M.SLOPE_LOSS_ABOVE], memory[M.SLOPE_LOSS_BELOW])
+    other_slope_loss = wp.where(up, memory[M.SLOPE_LOSS_BELOW], memory[M.SLOPE_LOSS_ABOVE])
     turns = moving and was_on_backbone and (f_before < zero or (f_before == zero and x_before <= zero))
     loss = wp.where(turns and seen > half, half, memory[M.STIFFNESS_LOSS])
     on_backbone = was_on_backbone and not turns
@@ -61,10 +62,21 @@ def capped_follow(drift: Any, memory: Any, c: Any):
     force = f_before + stiffness * (x - x_before)
     residual = c[C.RESIDUAL_FORCE]
     falling = c[C.FALLING_SLOPE] * (one - residual)
-    slope = c[C.HARDENING_SLOPE]
-    bound, tangent = on_lines(x, one - slope, slope, c[C.CAPPING_HEIGHT], falling, residual)
-    any_lost = lost + other_lost > half
-    bound = wp.where(any_lost, wp.where(lost > half, zero, residual), bound)
+    slope = maximum(c[C.HARDENING_SLOPE] - slope_loss, zero)
+    # If the hardening line is too steep, it starts where the hinge reaches the residual force.
+    crosses = moving and not on_backbone and f_before <= zero and force >= zero
+    cap_drift = (c[C.CAPPING_HEIGHT] - (one - slope)) / (slope + falling)
+    cap_force = one - slope + slope * cap_drift
+    way = cap_drift - x_before - (residual - f_before) * (one + loss + loss)  # 1 / stiffness: the loss is 0 or 0.5
+    steep = crosses and way > zero and slope * way > cap_force - residual
+    slope = wp.where(steep, (cap_force - residual) / wp.where(steep, way, one), slope)
+    slope_loss = wp.where(steep, c[C.HARDENING_SLOPE] - slope, slope_loss)
+    lift = wp.where(crosses, zero, memory[M.LIFT])
+    lift = wp.where(steep, cap_force - slope * cap_drift - (one - slope), lift)
+    bound, tangent = on_lines(x, one - slope + lift, slope, c[C.CAPPING_HEIGHT], falling, residual)
+    is_lost = slope_loss > one
+    any_lost = is_lost or other_slope_loss > one
+    bound = wp.where(any_lost, wp.where(is_lost, zero, residual), bound)
     tangent = wp.where(any_lost, zero, tangent)
     meets = moving and force > bound
     tangent = wp.where(not meets and (moving or not on_backbone), stiffness, tangent)
@@ -74,15 +86,16 @@ def capped_follow(drift: Any, memory: Any, c: Any):
     loses = moving and (x >= c[C.ULTIMATE_DRIFT] or (on_backbone and force <= zero))
     force = wp.where(loses, zero, force)
     tangent = wp.where(loses, zero, tangent)
-    lost = wp.where(loses, one, lost)
-    seen = wp.where(at_residual or lost + other_lost > half, one, seen)
+    slope_loss = wp.where(loses, type(drift)(ALL), slope_loss)
+    seen = wp.where(at_residual or slope_loss > one or other_slope_loss > one, one, seen)
     after = type(memory)()
     after[M.DRIFT] = u
     after[M.FORCE] = side * force
     after[M.STIFFNESS_LOSS] = loss
     after[M.STATE] = wp.where(on_backbone, seen + four, seen)
-    after[M.LOST_ABOVE] = wp.where(up, lost, other_lost)
-    after[M.LOST_BELOW] = wp.where(up, other_lost, lost)
+    after[M.SLOPE_LOSS_ABOVE] = wp.where(up, slope_loss, other_slope_loss)
+    after[M.SLOPE_LOSS_BELOW] = wp.where(up, other_slope_loss, slope_loss)
+    after[M.LIFT] = lift
     return after, tangent
 
 
@@ -136,20 +149,11 @@ def variant() -> Variant:
     return Variant(NAME, C.names(C.STRENGTH_CAPACITY), __name__)
 
 
-def applies(p: Mapping[str, np.ndarray]) -> bool:
-    """Return whether hinges do not deteriorate, and their hardening lines cannot be too steep.
-
-    A hardening line is too steep if it is below the residual force where the force changes its sign.
+def applies(p: Mapping[str, np.ndarray], random: Collection[str]) -> bool:
+    """Return whether no hinge deteriorates.
 
     Args:
         p: Parameters of the hinges, shape [structure, hinge].
+        random: Names of the parameters that differ between structures.
     """
-    if any(np.any(p[name] > 0) for name in CAPACITIES):
-        return False
-    found = IbarraMedinaKrawinklerBilinear.named_coefficients(p, GENERAL)
-    slope, residual = found["hardening_slope"], found["residual_force"]
-    falling = found["falling_slope"] * (1 - residual)
-    cap_drift = (found["capping_height"] - (1 - slope)) / (slope + falling)
-    cap_force = 1 + slope * (cap_drift - 1)
-    farthest = np.minimum(found["ultimate_drift"], FARTHEST_TURN * found["inverse_yield_drift"])
-    return bool(np.all(slope * (cap_drift + farthest) <= cap_force - residual))
+    return not any(name in random or np.any(p[name] > 0) for name in CAPACITIES)

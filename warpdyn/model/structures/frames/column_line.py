@@ -10,6 +10,7 @@ import numpy as np
 from warpdyn.foundations.core.checks import shortened
 from warpdyn.foundations.core.near_misses import did_you_mean
 from warpdyn.model.structures.frames.fishbone import levels_of
+from warpdyn.model.structures.frames.reduction import gravity_on_supports
 
 if TYPE_CHECKING:
     from warpdyn.model.structures.frames.frame import Frame
@@ -62,6 +63,17 @@ def checked_line(frame: Frame) -> list[Storey]:
     return found
 
 
+def check_gravity(frame: Frame) -> None:
+    """Raise an error if a gravity load with P-Delta acts on a node that is supported vertically."""
+    held = gravity_on_supports(frame)
+    if held:
+        raise ValueError(
+            f"{WHO}: p_delta=True, but the gravity_load of node {held[0]!r} has no P-Delta effect, because the node is "
+            "supported vertically: put the load on a leaning column, a line of members with kind='truss' from a "
+            "pinned support to each floor"
+        )
+
+
 def base_turn(frame: Frame, line: list[Storey]) -> bool | float:
     """Return the rotational stiffness of the base [N m/rad]: True if it cannot rotate, 0 if it is pinned."""
     base = list(frame.nodes)[frame.ends[line[0].column, line[0].lower]]
@@ -98,7 +110,12 @@ def _check_members(frame: Frame, storey: Storey, names: list[str]) -> None:
 
 def checked_hinges(frame: Frame, line: list[Storey], given: object) -> dict[tuple[str, str], dict[str, Any]]:
     """Return {(member, end): parameters with the law}, or raise an error that names a wrong hinge."""
-    if not isinstance(given, Mapping) or not given:
+    if isinstance(given, Mapping) and not given:
+        raise ValueError(
+            "hinges is empty: give at least one hinge, such as {('C1', 'start'): {'law': 'bilinear', 'yield_force': "
+            "5e6, 'hardening_ratio': 0.02}}, or use Frame.lumped for a frame without hinges"
+        )
+    if not isinstance(given, Mapping):
         raise TypeError(
             "hinges must be a dictionary, such as {('C1', 'start'): {'law': 'bilinear', 'yield_force': 5e6, "
             f"'hardening_ratio': 0.02}}}}, got {shortened(given)}"

@@ -13,8 +13,8 @@ from warpdyn.engine.laws.bilinear.parameters import Bilinear, ElasticPerfectlyPl
 from warpdyn.engine.laws.elastic.parameters import Elastic
 from warpdyn.engine.laws.ibarra_medina_krawinkler.parameters import IbarraMedinaKrawinklerBilinear
 from warpdyn.foundations.core.checks import check_kind
-from warpdyn.foundations.core.near_misses import with_suggestions
-from warpdyn.model.structures.frames.column_line import ENDS, base_turn, checked_hinges, checked_line
+from warpdyn.foundations.core.near_misses import did_you_mean, with_suggestions
+from warpdyn.model.structures.frames.column_line import ENDS, base_turn, check_gravity, checked_hinges, checked_line
 from warpdyn.model.structures.frames.frame import Frame
 from warpdyn.model.structures.frames.members.elements import Sections, shear_ratio
 from warpdyn.model.structures.frames.reduced_frame import ReducedFrame
@@ -35,11 +35,19 @@ class Hinge(Spring):
     """
 
     def __init__(self, name: str, dof: str, stiffness: float, law: Any, **parameters: float) -> None:
+        if isinstance(law, str) and law not in (each.name for each in LAWS_OF_HINGES):
+            raise ValueError(_unknown_law(name, law))
         super().__init__(name, {dof: 1.0}, law=law, stiffness=stiffness, rotational=True, **parameters)
         self.direction = {dof: 0.0}  # its moment acts on massless rotations
         if self.law not in LAWS_OF_HINGES:
-            known = ", ".join(sorted(each.name for each in LAWS_OF_HINGES))
-            raise ValueError(f"hinge {name!r}: law {self.law.name!r} is not a law of hinges: choose one of {known}")
+            raise ValueError(_unknown_law(name, self.law.name))
+
+
+def _unknown_law(hinge: str, law: str) -> str:
+    known = sorted(each.name for each in LAWS_OF_HINGES)
+    return (
+        f"hinge {hinge!r}: {law!r} is not a law of hinges{did_you_mean(law, known)}; choose one of {', '.join(known)}"
+    )
 
 
 @with_suggestions
@@ -61,7 +69,7 @@ class HingedFishbone(ReducedFrame):
             half-beam per floor with a vertical roller at its end.
         hinges: Laws of hinges by member and end, {(member, "start" or "end"): {"law": law, parameter: value}}. Member
             ends without a hinge have the linear spring of the frame.
-        p_delta: Whether gravity loads soften the frame.
+        p_delta: Whether gravity loads soften the frame; they must act on a leaning column.
         outputs: ("drift",): storey drift ratios "drift 1" and so on [1]; or ().
         drift_capacity: Storey drift ratio at which samples collapse [1]; None: no collapse.
         damping: Inherent damping, as for a LumpedStructure.
@@ -70,22 +78,24 @@ class HingedFishbone(ReducedFrame):
         damping_matrix: Damping of the floors in addition to `damping` [N s/m], shape [floor, floor].
 
     Raises:
-        ValueError: If the frame is not a fish-bone, a hinge is at an end without a spring, or a law is unknown.
+        ValueError: If the frame is not a fish-bone, a hinge is at an end without a spring, a law is unknown, or a
+            gravity load with P-Delta acts on a node that is supported vertically.
         TypeError: If `frame` is not a Frame.
 
     Example:
-        A storey with a hinge at the base of its column line.
+        A storey with a hinge at the base of its column line, and a leaning column under the gravity load.
 
-        >>> nodes = {"J0": (0.0, 0.0), "J1": {"x": 0.0, "y": 4.0, "gravity_load": 3.4e5}, "R1": (3.0, 4.0)}  # m, N
+        >>> nodes = {"J0": (0.0, 0.0), "J1": (0.0, 4.0), "R1": (3.0, 4.0), "L0": (6.0, 0.0)}  # m
+        >>> nodes["L1"] = {"x": 6.0, "y": 4.0, "gravity_load": 3.4e5}  # N
         >>> springs = {"spring_start": 3e8}  # N m/rad
         >>> column = {"start": "J0", "end": "J1", "section": "column", **springs}
-        >>> members = {"C1": column, "B1": ("J1", "R1", "beam")}
+        >>> members = {"C1": column, "B1": ("J1", "R1", "beam"), "L": ("L0", "L1", "column", "truss")}
         >>> bone = wd.Frame(
         ...     nodes,
         ...     members,
         ...     sections,
-        ...     supports={"J0": "fixed", "J1": "roller", "R1": "roller"},
-        ...     diaphragms={"floor": ["J1", "R1"]},
+        ...     supports={"J0": "fixed", "J1": "roller", "R1": "roller", "L0": "pinned"},
+        ...     diaphragms={"floor": ["J1", "R1", "L1"]},
         ...     masses={"floor": 35e3},  # kg
         ... )
         >>> hinges = {("C1", "start"): {"law": "bilinear", "yield_force": 2e5, "hardening_ratio": 0.02}}
@@ -113,7 +123,9 @@ class HingedFishbone(ReducedFrame):
         check_kind("HingedFishbone", "a Frame", frame, Frame, argument="frame")
         self.line = checked_line(frame)
         self.hinges = checked_hinges(frame, self.line, hinges)
-        if tuple(outputs) not in ((), ("drift",)):
+        if p_delta is True:
+            check_gravity(frame)
+        if not isinstance(outputs, tuple | list) or tuple(outputs) not in ((), ("drift",)):
             raise ValueError(
                 f"outputs of a HingedFishbone are ('drift',) or (), got {outputs!r}: recorder 'spring' has storey "
                 "shears and moments of hinges"

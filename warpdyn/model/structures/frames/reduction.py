@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import xarray as xr
 
+from warpdyn.foundations.core.messages import warn_caller
 from warpdyn.model.structures.frames import static
 from warpdyn.model.structures.lumped.matrices import undamped
 from warpdyn.model.structures.modal import modal_properties
@@ -103,11 +104,24 @@ def shapes_of(stiffness: np.ndarray, mass: np.ndarray, kept: np.ndarray, modes: 
     return found
 
 
+def gravity_on_supports(frame: Frame) -> list[str]:
+    """Return the nodes that can move horizontally and have a gravity load, but also a vertical support."""
+    held = [name for name, row in frame.supports.items() if row.get("uy") is True and row.get("ux") is not True]
+    return [name for name in held if frame.nodes[name]["gravity_load"] > 0]
+
+
 def free_matrices(frame: Frame, *, has_p_delta: bool = False) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return stiffness, geometric stiffness (tension positive) and mass matrix of the free degrees of freedom."""
     free = frame.numbering.free
     geometric = np.zeros((free.size, free.size))
     if has_p_delta:
+        held = gravity_on_supports(frame)
+        if held:
+            others = f" (and of {len(held) - 1} other nodes)" if len(held) > 1 else ""
+            warn_caller(
+                f"p_delta=True: the gravity_load of node {held[0]!r}{others} has no P-Delta effect, because the node "
+                "is supported vertically. Put the load on a leaning column (members with kind='truss')"
+            )
         static.refuse_gravity_above_buckling(frame, "p_delta=True")
         geometric = frame.geometric(frame.gravity)[free][:, free].toarray()
     stiffness = frame.stiffness(frame.nominal)[free][:, free].toarray()

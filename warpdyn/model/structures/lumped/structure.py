@@ -90,9 +90,9 @@ class LumpedStructure(LumpedMatrices, Structure):
         is_machine: Whether the structure is a vehicle or a machine. It has no warnings about values that are unusual
             for buildings and earthquakes, and no parameter `incidence_angle`.
         storey_height: Storey heights from the ground up [m], one value or shape [storey]; needs `storey_springs`.
-        storey_springs: Springs of each storey, from the ground up: a name or a list of names per storey. The drift of a
-            storey is the largest deformation of its springs (recorder "drift"); Scene(collapse_drift_ratio=...) and
-            portfolios need it. None: no storeys.
+        storey_springs: Springs of each storey, from the ground up: a name or a list of names per storey; no biaxial
+            springs. The drift of a storey is the largest deformation of its springs (recorder "drift");
+            Scene(collapse_drift_ratio=...) and portfolios need it. None: no storeys.
 
     Raises:
         ValueError: If a name is unknown or given twice, a degree of freedom has no mass, a matrix has a wrong shape, is
@@ -194,7 +194,9 @@ class LumpedStructure(LumpedMatrices, Structure):
             arrays[INCIDENCE] = np.array(0.0)
         if storey_height is not None or storey_springs is not None:
             names, rotating = self.names_along("spring"), self.kinds.rotating["spring"]
-            arrays["height"], self.storey_springs = checked_storeys(storey_height, storey_springs, names, rotating)
+            arrays["height"], self.storey_springs = checked_storeys(
+                storey_height, storey_springs, names, rotating, self.pairs
+            )
             check_different_storeys(self.storey_springs, self.directions != 0, self.dof_names)
         self.parameter_table: Mapping[str, Parameter] = FrozenMapping(parameters_of_springs(self.storey_law, arrays))
         for name in OF_STRUCTURE:

@@ -19,7 +19,7 @@ Storeys = tuple[tuple[int, ...], ...]
 
 
 def checked_storeys(
-    height: ArrayLike | None, given: object, springs: Sequence[str], rotating: Sequence[bool]
+    height: ArrayLike | None, given: object, springs: Sequence[str], rotating: Sequence[bool], pairs: int = 0
 ) -> tuple[np.ndarray, Storeys]:
     """Return the storey heights [m], shape [storey], and the places of the springs of each storey.
 
@@ -28,10 +28,11 @@ def checked_storeys(
         given: Names of the springs of each storey: a name or a list of names per storey.
         springs: Names of all springs; a biaxial spring "a" has the components "a x" and "a y".
         rotating: Whether the deformation of each spring is a rotation.
+        pairs: Number of biaxial springs, whose components are the last springs.
 
     Raises:
-        ValueError: If one of the two arguments is missing, a name is unknown or given twice, a spring rotates, or a
-            height is not above 0; the message names the storey and the spring.
+        ValueError: If one of the two arguments is missing, a name is unknown or given twice, a spring rotates or
+            is biaxial, or a height is not above 0; the message names the storey and the spring.
         TypeError: If `given` is not a list.
     """
     if given is None:
@@ -57,6 +58,13 @@ def checked_storeys(
                 hint = did_you_mean(str(name), list(springs))
                 raise ValueError(f"storey_springs: storey {storey} names {name!r}, but no spring has this name{hint}")
             for place in here:
+                if place >= len(springs) - 2 * pairs:
+                    raise ValueError(
+                        f"storey_springs: spring {name!r} of storey {storey} is biaxial, but storey drifts are not "
+                        "resultants: remove it. Give its resultant as an output, such as "
+                        f"outputs={{'drift {storey}': [{{'x': 1 / height}}, {{'y': 1 / height}}]}}, and collapse by "
+                        "deformation_capacity= of the BiaxialSpring"
+                    )
                 if rotating[place]:
                     raise ValueError(
                         f"storey_springs: the deformation of spring {name!r} of storey {storey} is a rotation, not a "
