@@ -4,6 +4,8 @@ The reference (counts of exceedances of 40,000 sequences, and curves) was comput
 oscillator and the same 4,000 motions; each run here pairs them at random, so that fractions differ by sampling errors.
 """
 
+import warnings
+
 import numpy as np
 import pytest
 import scipy.signal
@@ -83,6 +85,7 @@ CASES = {
 }
 
 
+@pytest.mark.as_shipped  # 40,000 histories with slower kernels take 20 s more than optimising the kernels
 @pytest.mark.filterwarnings("ignore:.*unreliable")
 @pytest.mark.filterwarnings("ignore:state_dependent_fragility")  # some curves have separated stripes
 @pytest.mark.parametrize("case", CASES)
@@ -209,3 +212,21 @@ def test_runs_without_an_earlier_event_and_unordered_states_are_refused():
         wd.damage_in_time(wrong.where(wrong["from_state"] == "none"), HAZARD)
     with pytest.raises(ValueError, match="years must be a row of years above 0"):
         wd.damage_in_time(wrong, HAZARD, years=[0.0])
+
+
+@pytest.mark.fast
+def test_damage_in_time_warns_if_the_hazard_is_extrapolated():
+    given = curves([[0.22, 0.85], [NAN, 0.5]], [[0.45, 0.45], [NAN, 0.5]], ["a", "b"])
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        complete = wd.damage_in_time(given, HAZARD)
+    few = HAZARD.intensity > 0.5
+    short = wd.HazardCurve(HAZARD.intensity[few], HAZARD.annual_rate[few])  # the same power law
+    # Share of the integral of the lognormal curve times the density of the hazard that is below its first point.
+    level = np.geomspace(1e-3, 1e2, 400_001)
+    part = norm.cdf(np.log(level / 0.22) / 0.45) * level**-2.6
+    share = part[level < short.intensity[0]].sum() / part.sum()
+    with pytest.warns(UserWarning, match="below the first point of the hazard curve") as caught:
+        found = wd.damage_in_time(given, short)
+    assert f"{float(f'{100 * share:.2g}'):g} % of the rate from 'none' to 'a'" in str(caught[0].message)
+    np.testing.assert_allclose(found["transition_rate"], complete["transition_rate"], rtol=1e-3)

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 from warpdyn.answers.fragility.building_results import check_run_of_stock
 from warpdyn.answers.fragility.reduced_counts import counts_over
 from warpdyn.answers.risk.curves.curve_set import check_hazard
+from warpdyn.answers.risk.curves.curve_warnings import warn_of_extrapolated_loss
 from warpdyn.answers.risk.event_losses import checked_event_rates
 from warpdyn.answers.risk.hazard_curves import Hazard, HazardLogicTree, branches_of
 from warpdyn.answers.risk.integrals.linear import begin_of, loss_of_year
@@ -43,7 +44,8 @@ def building_annual_losses(
     With a hazard curve, the mean loss ratio of a building, linear between the levels of the stripes, is integrated over
     the curve, as in `expected_annual_loss`: it is 0 below the lowest and constant above the highest level. With rates
     of events, it is the sum over the events of the rate times the mean loss ratio. A sample is in exactly one damage
-    state, and failed samples do not count.
+    state, and failed samples do not count. A warning is given if levels beyond the first or last level decide more than
+    5 % of the portfolio's annual loss, or if more than 1 % of it is from intensities beyond the points of the hazard.
 
     Args:
         counted: The result of `simulate` with `statistics=wd.DamageCounts(stock.limits, over=...)`: over=("building",
@@ -149,7 +151,7 @@ def _weights(counted: xr.Dataset, hazard: Hazard, ratio: np.ndarray, cost: np.nd
 
 
 def _warn_of_ends(tree: HazardLogicTree, levels: np.ndarray, units: str, loss: np.ndarray, whole: float) -> None:
-    """Warn if the loss at the lowest level or above the highest level is a large part of the annual loss.
+    """Warn if the loss at the lowest level, above the highest level or beyond the hazard points is a large part.
 
     Args:
         tree: The hazard.
@@ -172,3 +174,4 @@ def _warn_of_ends(tree: HazardLogicTree, levels: np.ndarray, units: str, loss: n
             f"{_FUNCTION}: the loss ratio above {levels[-1]:g} {units} is constant, although these levels are "
             f"{100 * last:.0f} % of the annual loss: add higher levels to Stripes"
         )
+    warn_of_extrapolated_loss(_FUNCTION, tree, levels, loss, whole)
