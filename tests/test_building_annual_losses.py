@@ -116,6 +116,10 @@ def test_counts_hazards_and_inventories_that_do_not_fit_are_refused(stock):
     empty[name][{"building": 2, "stripe": 1}] = 0
     with pytest.raises(ValueError, match="building 2 has no valid sample in stripe"):
         loss(empty, stock, INVENTORY, OF_CITY, hazard=HAZARD)
+    wider = {name: {state: 2 * limit for state, limit in own.items()} for name, own in LIMITS.items()}
+    others = simulate(scene, statistics=wd.DamageCounts(wider, over=("building", "stripe")))
+    with pytest.raises(ValueError, match=r"made with other limits than stock.limits: archetype 'low' has"):
+        loss(others, stock, INVENTORY, OF_CITY, hazard=HAZARD)
     with pytest.raises(ValueError, match="at least 2 levels"):
         loss(counted.isel(stripe=[0]), stock, INVENTORY, OF_CITY, hazard=HAZARD)
 
