@@ -83,6 +83,7 @@ def damage_in_time(
     rates = np.zeros((1, len(tree.curves), count, count + 1))
     sampled, shares, moves = None, [], []
     for place, origin in enumerate(origins):
+        _check_has_curves(curves, place, origin, states)
         part = curves.isel(from_state=place, damage_state=slice(place, None)).drop_vars("from_state")
         try:
             found = CurveSet.from_dataset(name, part, tree)
@@ -122,6 +123,28 @@ def damage_in_time(
             "years": variable("years", periods, "period", units="year"),
         },
         {"intensity_measure": tree.measure, "confidence": float(confidence)},
+    )
+
+
+def _check_has_curves(curves: xr.Dataset, place: int, origin: str, states: list[str]) -> None:
+    """Raise a ValueError if a curve from the state `origin` (index `place`) to a heavier state is missing."""
+    median, dispersion = (
+        curves[f"fragility_{key}"].isel(from_state=place).transpose("damage_state").values[place:]
+        for key in ("median", "dispersion")
+    )
+    missing = [
+        state
+        for state, is_known in zip(states[place:], np.isfinite(median) & np.isfinite(dispersion), strict=True)
+        if not is_known
+    ]
+    if not missing:
+        return
+    lacking = origin if place and len(missing) == len(states) - place else missing[0]
+    to = " or ".join(f"state {state!r}" for state in missing)
+    raise ValueError(
+        f"damage_in_time: there is no curve from state {origin!r} to {to}, so the rate is unknown. Fit the curves "
+        f"without state {lacking!r}: state_dependent_fragility(run, {{state: limit for state, limit in limits.items() "
+        f"if state != {lacking!r}}}); or simulate more structures or levels"
     )
 
 
