@@ -50,11 +50,10 @@ def motions() -> list[wd.GroundMotion]:
     return [wd.GroundMotion(G * row, 0.01, f"noise {place}") for place, row in enumerate(x)]
 
 
-@functools.cache
-def sequences(hardening: float, p_delta: float) -> xr.Dataset:
+def oscillator(hardening: float, p_delta: float) -> wd.ShearBuilding:
     mass = 1e5
     load = {"gravity_load": [p_delta * mass * OMEGA**2 * HEIGHT]} if p_delta else {}
-    oscillator = wd.ShearBuilding(
+    return wd.ShearBuilding(
         [mass],
         [mass * OMEGA**2],
         HEIGHT,
@@ -65,16 +64,24 @@ def sequences(hardening: float, p_delta: float) -> xr.Dataset:
         damping_coefficient=[2 * 0.05 * OMEGA * mass],
         **load,
     )
+
+
+@functools.cache
+def sequences(hardening: float, p_delta: float, structures: int = STRUCTURES, crossed: int = 0) -> xr.Dataset:
+    """Return a run of a mainshock and stripes of 1,000 motions, or of `crossed` motions for all structures."""
     each, generator = motions(), np.random.default_rng(5)
     first = wd.OneMotionPerStructure(
         each[:2000],
-        motion=generator.integers(0, 2000, STRUCTURES),
-        scale=np.exp(generator.uniform(np.log(0.15), np.log(1.5), STRUCTURES)),
+        motion=generator.integers(0, 2000, structures),
+        scale=np.exp(generator.uniform(np.log(0.15), np.log(1.5), structures)),
         measure=PGA,
     )
     second = wd.Stripes(each[2000:3000], LEVELS, PGA, structures_per_motion=2)
-    scene = wd.Scene(oscillator, wd.EventSequence({"main": first, "after": second}), recorders=("drift",), tail=10.0)
-    return wd.simulate(scene, structures=STRUCTURES, seed=1, step=0.005, method="rk4")
+    if crossed:
+        second = wd.Stripes(each[2000 : 2000 + crossed], LEVELS, PGA)
+    events = wd.EventSequence({"main": first, "after": second})
+    scene = wd.Scene(oscillator(hardening, p_delta), events, recorders=("drift",), tail=10.0)
+    return wd.simulate(scene, structures=structures, seed=1, step=0.005, method="rk4")
 
 
 def limits_of(*ductilities: float) -> dict[str, float]:
@@ -155,6 +162,24 @@ def test_counts_and_curves_are_those_of_the_reference(case):
         expected = [(ends == state).mean() for state in range(len(limits) + 1)]
         share = found["transition_probability"].isel(from_state=before).sel(stripe=0.5).values
         np.testing.assert_allclose(share, expected, atol=1e-12)
+
+
+@of_runs
+def test_draws_of_different_states_are_correlated_like_estimates_from_other_motions():
+    """With 10 motions that are common to all states, the curves of all states rise or fall together."""
+    run, sets = sequences(0.05, 0.0, structures=60, crossed=100), 10
+    motion = run["motion_index"].values[:, 1]
+    medians, of_draws = [], []
+    for chosen in np.array_split(np.unique(motion), sets):
+        found = wd.state_dependent_fragility(run.isel(sample=np.isin(motion, chosen)), limits_of(1.5, 3.0, 6.0))
+        found = found[["fragility_median", "replicate_median"]].sel(damage_state="DS3", from_state=["DS1", "DS2"])
+        found = np.log(found)
+        medians.append(found["fragility_median"].values)
+        of_draws.append(np.corrcoef(found["replicate_median"].transpose("from_state", "replicate").values)[0, 1])
+    exact = np.corrcoef(np.array(medians).T)[0, 1]
+    assert exact > 0.9
+    # The standard error of arctanh(correlation) of n pairs is (n - 3)^-0.5.
+    assert np.arctanh(np.mean(of_draws)) == pytest.approx(np.arctanh(exact), abs=3 / np.sqrt(sets - 3)), of_draws
 
 
 @of_runs

@@ -10,7 +10,8 @@ import xarray as xr
 
 from warpdyn.answers.fragility.curve_variables import variable
 from warpdyn.answers.fragility.demands import damage_of
-from warpdyn.answers.fragility.fragility_curves import fragility
+from warpdyn.answers.fragility.fragility_curves import curves_of_stripes
+from warpdyn.answers.fragility.intervals.jackknife import RecordNumbers
 from warpdyn.answers.fragility.lognormal_fit import check_confidence
 from warpdyn.answers.fragility.stripe_counts import checked_failures, decoded_status
 from warpdyn.campaigns.reductions.limits import DRIFT, NO_DAMAGE, DamageLimits, Limit
@@ -58,7 +59,8 @@ def state_dependent_fragility(
         limits: Limit of each damage state, from the lightest to the heaviest [units of the demand], as in `fragility`.
         demand: Name of the demand; the worst storey or floor counts.
         event: Name of the event; None: the last one.
-        replicates: Number of draws from the joint sampling distribution of medians and dispersions.
+        replicates: Number of draws from the joint sampling distribution of medians and dispersions. The
+            draws of different `from_state` are correlated by the motions that they have in common.
         confidence: Probability that the intervals cover the true value [1].
         seed: Seed of the draws.
 
@@ -138,6 +140,9 @@ def _fits(
 ) -> tuple[list[xr.Dataset | None], list[str]]:
     """Return the result of `fragility` for the samples of each state before the event, and sentences for a warning.
 
+    The records are the same for all states, so the draws use the same random number for a record in all of them: its
+    influence on the curves is joint. The random numbers of groups of structures are independent.
+
     Args:
         after: Samples of the event.
         before: Number of damage states that each sample has reached before the event, shape [sample]; or UNKNOWN.
@@ -147,6 +152,7 @@ def _fits(
     Returns:
         One result per state, from "none" to the second heaviest one, or None if its samples have no curves; sentences.
     """
+    numbers = RecordNumbers.of(np.unique(after["motion_index"].values), how["replicates"], how["seed"])
     states, stripes = list(limits), np.unique(after["im_level"].values).size
     found: list[xr.Dataset | None] = []
     remarks = []
@@ -156,12 +162,14 @@ def _fits(
             remarks.append(f"no sample begins in state {origin!r}: no curves from this state")
             found.append(None)
             continue
+        part = after.isel(sample=rows)
         heavier = {state: limits[state] for state in states[place:]}
+        own = int(np.random.SeedSequence([how["seed"], place]).generate_state(1, np.uint64)[0] >> np.uint64(1))
         with collected_warnings() as known:  # of implausible limits, which were given for all states
             DamageLimits.of(heavier, how["demand"])
         try:
             with collected_warnings() as caught:
-                found.append(fragility(after.isel(sample=rows), heavier, **how))
+                found.append(curves_of_stripes(part, heavier, **(how | {"seed": own}), numbers=numbers))
         except ValueError as error:
             if rows.size >= 2 * stripes:
                 raise ValueError(f"samples that begin in state {origin!r}: {error}") from error

@@ -66,8 +66,8 @@ def building_annual_losses(
     Raises:
         TypeError: If an argument is of another class.
         ValueError: If not exactly one of `hazard` and `event_rates` is given; if the counts have other dimensions or
-            were made with other limits than `stock.limits`; if the stock, the inventory or the hazard does not fit; if a building has no valid sample at a level or in an
-            event; or if costs, loss ratios or rates are invalid.
+            were made with other limits than `stock.limits`; if the stock, the inventory or the hazard does not fit; if
+            a building has no valid sample at a level or in an event; or if costs, loss ratios or rates are invalid.
 
     Example:
         >>> levels = wd.Stripes(motions, [0.1, 0.3, 0.9, 2.0], wd.PeakGroundAcceleration())  # g
