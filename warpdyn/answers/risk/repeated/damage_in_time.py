@@ -32,7 +32,7 @@ def damage_in_time(
     So the state is a continuous-time Markov chain: the rate from state i to state j is the integral of the transition
     probability over the hazard curve, and the probabilities after t years are the matrix exponential of t times the
     matrix of rates. At every intensity, a heavier state is at most as likely as a lighter one, as in `annual_losses`. A
-    warning names the rates of which more than 1 % is from intensities beyond the points of the hazard.
+    warning names the rates with a share above 1 % from intensities beyond the points of the hazard.
 
     Source: Iervolino, Giorgio and Chioccarelli (2016), "Markovian modeling of seismic damage accumulation", Earthquake
     Engineering & Structural Dynamics 45(3).
