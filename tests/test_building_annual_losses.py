@@ -1,5 +1,7 @@
 """Expected annual losses of buildings, against NumPy on the full table of the same run, and closed forms."""
 
+import warnings
+
 import numpy as np
 import pytest
 import xarray as xr
@@ -10,6 +12,7 @@ import warpdyn as wd
 
 pytestmark = MARKS
 HAZARD = wd.HazardCurve([0.01, 0.1, 1.0, 10.0], [0.5, 2e-2, 1e-4, 1e-7])
+NAMED = wd.HazardCurve(HAZARD.intensity, HAZARD.annual_rate, measure="PGA")
 ENDS = pytest.mark.filterwarnings("ignore:building_annual_losses. (levels below|the loss ratio above)")
 
 
@@ -113,5 +116,33 @@ def test_counts_hazards_and_inventories_that_do_not_fit_are_refused(stock):
     empty[name][{"building": 2, "stripe": 1}] = 0
     with pytest.raises(ValueError, match="building 2 has no valid sample in stripe"):
         loss(empty, stock, INVENTORY, OF_CITY, hazard=HAZARD)
+    wider = {name: {state: 2 * limit for state, limit in own.items()} for name, own in LIMITS.items()}
+    others = simulate(scene, statistics=wd.DamageCounts(wider, over=("building", "stripe")))
+    with pytest.raises(ValueError, match=r"made with other limits than stock.limits: archetype 'low' has"):
+        loss(others, stock, INVENTORY, OF_CITY, hazard=HAZARD)
     with pytest.raises(ValueError, match="at least 2 levels"):
         loss(counted.isel(stripe=[0]), stock, INVENTORY, OF_CITY, hazard=HAZARD)
+
+
+@ENDS
+def test_a_hazard_curve_that_is_extrapolated_is_named_with_its_share_of_the_loss(stock):
+    scene = scene_of("crossed", stock.portfolio)
+    run = simulate(scene)
+    counted = simulate(scene, statistics=wd.DamageCounts(LIMITS, over=("building", "stripe")))
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        warnings.filterwarnings("ignore", "building_annual_losses. (levels below|the loss ratio above)")
+        wd.building_annual_losses(counted, stock, INVENTORY, OF_CITY, hazard=NAMED)
+    # The rate 1e-4 x^-3; below 1 g it is extrapolated.
+    short = wd.HazardCurve([1.0, 10.0], [1e-4, 1e-7], measure="PGA")
+    levels = np.unique(run["im_level"].values)
+    cost = stock.replacement_costs(INVENTORY)
+    loss = cost @ mean_ratios(run, stock, run["im_level"].values)
+    fine = np.geomspace(levels[0], 1e4, 400_001)
+    middle = np.sqrt(fine[1:] * fine[:-1])
+    part = -np.interp(middle, levels, loss) * np.diff(1e-4 * fine**-3)
+    share = part[middle < 1.0].sum()
+    with pytest.warns(UserWarning, match=r"below the first point of the hazard curve \(1 g\)") as caught:
+        wd.building_annual_losses(counted, stock, INVENTORY, OF_CITY, hazard=short)
+    text = next(str(each.message) for each in caught if "first point" in str(each.message))
+    assert f"{float(f'{100 * share / part.sum():.2g}'):g} % of the expected loss" in text

@@ -12,7 +12,7 @@ from warpdyn.answers.fragility.estimators.binomial import PENALISED
 from warpdyn.answers.fragility.estimators.table import FIT_MEANINGS, CurveShape
 from warpdyn.answers.fragility.intervals.extrapolation import status_attributes
 from warpdyn.answers.fragility.intervals.fractions import fraction_intervals
-from warpdyn.answers.fragility.intervals.jackknife import LeftOut, spread_of
+from warpdyn.answers.fragility.intervals.jackknife import LeftOut, RecordNumbers, spread_of
 from warpdyn.answers.fragility.lognormal_fit import FITTED
 from warpdyn.answers.fragility.stripe_counts import StripeCounts
 from warpdyn.foundations.core.output_variables import MEDIAN_STATUS
@@ -192,7 +192,14 @@ def sandwich(left: LeftOut, outcome: np.ndarray) -> dict[str, tuple]:
 
 
 def draws(
-    left: LeftOut, has_interval: np.ndarray, count: int, seed: int, units: str, confidence: float
+    left: LeftOut,
+    has_interval: np.ndarray,
+    count: int,
+    seed: int,
+    units: str,
+    confidence: float,
+    records: np.ndarray | None = None,
+    numbers: RecordNumbers | None = None,
 ) -> dict[str, tuple]:
     """Return variables with draws from the joint distribution of medians and dispersions (worst storey or floor).
 
@@ -203,8 +210,11 @@ def draws(
         seed: Seed of the draws.
         units: Units of the median.
         confidence: Coverage of the interval that limits the tails of the draws [1].
+        records: Labels of the records.
+        numbers: Random numbers of the records; None: from the seed.
     """
-    drawn = np.exp(np.where(has_interval, left.spread.draw(count, seed, confidence), np.nan))
+    spread = left.spread.draw(count, seed, confidence, records, numbers)
+    drawn = np.exp(np.where(has_interval, spread, np.nan))
     said = "draw from the sampling distribution of the"
     of_replicates = ("replicate", "damage_state")
     return {

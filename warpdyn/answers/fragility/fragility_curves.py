@@ -22,7 +22,7 @@ from warpdyn.answers.fragility.curve_variables import (
 from warpdyn.answers.fragility.estimators.binomial import PENALISED, UNDETERMINED
 from warpdyn.answers.fragility.estimators.table import FIT_MEANINGS, estimator_of
 from warpdyn.answers.fragility.intervals.extrapolation import mark, sentences
-from warpdyn.answers.fragility.intervals.jackknife import SOURCES, few_groups, leave_out, trusted
+from warpdyn.answers.fragility.intervals.jackknife import SOURCES, RecordNumbers, few_groups, leave_out, trusted
 from warpdyn.answers.fragility.lognormal_fit import (
     FITTED,
     NO_EXCEEDANCE,
@@ -117,6 +117,39 @@ def fragility(
         >>> wd.fragility(run, **contents, intervals_over="records")["fragility_median"].round(2).values
         array([0.75])
     """
+    return curves_of_stripes(
+        dataset,
+        limits,
+        demand=demand,
+        estimator=estimator,
+        intervals_over=intervals_over,
+        added_storeys=added_storeys,
+        replicates=replicates,
+        confidence=confidence,
+        seed=seed,
+    )
+
+
+def curves_of_stripes(
+    dataset: xr.Dataset,
+    limits: Mapping[str, Limit] | None = None,
+    *,
+    demand: str = DRIFT,
+    estimator: str = "lognormal",
+    intervals_over: str = OVER[0],
+    added_storeys: bool = False,
+    replicates: int = 1000,
+    confidence: float = 0.95,
+    seed: int = 0,
+    numbers: RecordNumbers | None = None,
+) -> xr.Dataset:
+    """Return the result of `fragility`, whose draws can use given random numbers of the records.
+
+    Args:
+        dataset, limits, demand, estimator, intervals_over, added_storeys, replicates, confidence, seed: As in
+            `fragility`.
+        numbers: Random numbers of all records of the dataset, for `replicates` draws. None: from the seed.
+    """
     check_dataset("fragility", dataset, advice="give the result of simulate()")
     replicates, seed = whole_number("replicates", replicates, 1, MOST_REPLICATES), whole_number("seed", seed, 0)
     check_confidence(confidence)
@@ -143,7 +176,9 @@ def fragility(
     of_discretisation = discretisation_variance(dataset, checked.single, len(checked.states))
     variables |= variances(left.worst, has_interval[-1], of_discretisation)
     variables |= sandwich(left.worst, outcome[-1])
-    variables |= draws(left.worst, has_interval[-1], replicates, seed, counts.units, confidence)
+    variables |= draws(
+        left.worst, has_interval[-1], replicates, seed, counts.units, confidence, counts.records, numbers
+    )
     kept_out = ", ".join(f"{status}: {number}" for status, number in counts.excluded.items())
     variables |= {
         "valid_samples": variable("stripe", counts.trials, "samples counted, collapsed ones included"),

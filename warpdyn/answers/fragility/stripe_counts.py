@@ -110,10 +110,8 @@ def count_stripes(dataset: xr.Dataset, limits: DamageLimits) -> StripeCounts:
         )
     if status.size < 2 * levels.size:  # checked before the large table is allocated
         _check_pairs(np.unique(record_index * levels.size + stripe).size, levels.size, records.size)
-    excluded = {name: int((status == STATUS_MEANINGS.index(name)).sum()) for name in STATUS_MEANINGS[DIVERGED:]}
+    excluded = checked_failures(status, record, level, units)
     kept = status <= COLLAPSED
-    if sum(excluded.values()) > LARGEST_EXCLUDED_FRACTION * status.size:
-        raise ValueError(_refusal(excluded, record[~kept], level[~kept], status.size, units))
     damage = damage_of("fragility", dataset, limits, status)
     passed = damage.passed
     own = structure_label(dataset)
@@ -233,6 +231,22 @@ def _least_drift(dataset: xr.Dataset, limits: DamageLimits, status: np.ndarray) 
         return np.inf
     drift = dataset[DRIFT].transpose("sample", ...).values[collapsed]
     return float(np.nanmin(drift.reshape(len(drift), -1).max(axis=1), initial=np.inf))
+
+
+def checked_failures(status: np.ndarray, record: np.ndarray, level: np.ndarray, units: str) -> dict[str, int]:
+    """Return the number of failed samples of each status, or raise a ValueError if more than 1 % of the samples failed.
+
+    Args:
+        status: Outcome of each sample, an index into STATUS_MEANINGS, shape [sample].
+        record: Index of the motion of each sample, shape [sample].
+        level: Intensity of each sample [units], shape [sample].
+        units: Units of the intensity.
+    """
+    excluded = {name: int((status == STATUS_MEANINGS.index(name)).sum()) for name in STATUS_MEANINGS[DIVERGED:]}
+    if sum(excluded.values()) > LARGEST_EXCLUDED_FRACTION * status.size:
+        failed = status > COLLAPSED
+        raise ValueError(_refusal(excluded, record[failed], level[failed], status.size, units))
+    return excluded
 
 
 def _refusal(excluded: dict[str, int], record: np.ndarray, level: np.ndarray, samples: int, units: str) -> str:

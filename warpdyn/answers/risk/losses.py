@@ -13,9 +13,9 @@ from warpdyn.answers.fragility.curve_variables import variable
 from warpdyn.answers.fragility.lognormal_fit import check_confidence
 from warpdyn.answers.risk.annual_rates import warned_shares, weighted_bounds
 from warpdyn.answers.risk.curves.curve_set import CurveSet, check_hazard
-from warpdyn.answers.risk.curves.curve_warnings import CUT_SHARE, warn_of_crossing, warn_of_extrapolation
+from warpdyn.answers.risk.curves.curve_warnings import CUT_SHARE, warn_of_crossing, warn_of_extrapolated_loss
 from warpdyn.answers.risk.hazard_curves import Hazard, HazardLogicTree, branches_of
-from warpdyn.answers.risk.integrals.linear import begin_of, loss_of_year, part_above
+from warpdyn.answers.risk.integrals.linear import begin_of, loss_of_year
 from warpdyn.answers.risk.vulnerability import rates_in_states
 from warpdyn.campaigns.reductions.damage.loss_ratios import Ratios, checked_ratios
 from warpdyn.foundations.core.checks import check_dataset, finite_numbers, real_number, shortened
@@ -272,12 +272,7 @@ def _warn_of_ends(tree: HazardLogicTree, levels: np.ndarray, mean: np.ndarray, u
         )
     if found:
         warn_caller("expected_annual_loss: the function is cut off: " + "; ".join(found))
-    outside = np.zeros((2, 1))
-    for weight, one in zip(tree.weights, tree.curves, strict=True):
-        start, end = one.intensity[[0, -1]]
-        beyond = [loss_of_year(one, *part_above(level, levels, mean)) for level in (start, end)]
-        outside += weight * np.array([[loss_of_year(one, levels, mean) - beyond[0]], [beyond[1]]])
-    warn_of_extrapolation(("the expected loss",), outside / whole, tree.curves, "expected_annual_loss")
+    warn_of_extrapolated_loss("expected_annual_loss", tree, levels, mean, whole)
 
 
 def _least_loss(rate_of_loss: Callable[[float], float], grid: np.ndarray, rates: np.ndarray, rate: float) -> float:

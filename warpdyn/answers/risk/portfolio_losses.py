@@ -49,8 +49,9 @@ def portfolio_losses(
         [currency] and `loss_ratio(event)` [1] of the portfolio; `loss_deviation(event)` [currency], the standard
         deviation caused by the scatter of the loss ratios, which are independent between buildings. A run on stripes
         adds the dimension `stripe`, and the vulnerability function of the portfolio: `mean_loss_ratio(intensity)` [1],
-        the mean of `loss_ratio` over the events, with `_lower` and `_upper` (NaN with one event), and its
-        `coefficient_of_variation(intensity)` [1] (of the events and of the loss ratios). The interval is that of the
+        the mean of `loss_ratio` over the events, with `_lower` and `_upper` (NaN with one event, or if all events have
+        the same loss ratio, such as 0), and its `coefficient_of_variation(intensity)` [1] (of the events and of the
+        loss ratios). The interval is that of the
         mean of independent events, by the t distribution, limited to 0 to 1; it does not include the scatter of other
         portfolios with the same distributions. `expected_annual_loss` integrates it over a hazard curve, and
         `plots.vulnerability` draws it. If `event_rates` is given: `archetype_expected_annual_loss(archetype)` and
@@ -146,6 +147,7 @@ def _with_vulnerability(losses: xr.Dataset, shares: xr.Dataset, along: str, conf
     variance = each.var(along, ddof=1) if count > 1 else np.nan * mean
     # The buildings are the same in all events, so that only the events are a sample.
     half = (variance / count) ** 0.5 * stdtrit(count - 1, (1 + confidence) / 2)
+    half = half.where(each.max(along) > each.min(along))  # equal values, such as 0, do not show how far others are
     of_ratios = ((losses["loss_deviation"] / losses["replacement_value"].sum()) ** 2).mean(along)
     spread = (variance + of_ratios) ** 0.5
     variation = (spread / mean).where(mean > 0)

@@ -10,21 +10,23 @@ import xarray as xr
 
 from warpdyn.answers.fragility.curve_variables import variable
 from warpdyn.answers.fragility.demands import damage_of
-from warpdyn.answers.fragility.fragility_curves import fragility
+from warpdyn.answers.fragility.fragility_curves import curves_of_stripes
+from warpdyn.answers.fragility.intervals.jackknife import RecordNumbers
 from warpdyn.answers.fragility.lognormal_fit import check_confidence
-from warpdyn.answers.fragility.stripe_counts import decoded_status
+from warpdyn.answers.fragility.stripe_counts import checked_failures, decoded_status
 from warpdyn.campaigns.reductions.limits import DRIFT, NO_DAMAGE, DamageLimits, Limit
 from warpdyn.campaigns.running.selections import select_event, without_added_places
 from warpdyn.foundations.core.checks import MOST_REPLICATES, check_dataset, one_of, whole_number
 from warpdyn.foundations.core.messages import collected_warnings, warn_of_all
 from warpdyn.foundations.core.near_misses import suggests_names
-from warpdyn.foundations.core.output_variables import OK, STRIPED
+from warpdyn.foundations.core.output_variables import COLLAPSED, OK, STRIPED
 from warpdyn.foundations.core.units import unit_attributes
 
 CURVES = ("fragility_median", "fragility_dispersion")
 FRACTION = "exceedance_fraction"
 REPLICATES = ("replicate_median", "replicate_dispersion")
 BOUNDS = ("", "_lower", "_upper")
+UNKNOWN = -1  # state of a sample that failed in an earlier event
 
 
 @suggests_names
@@ -57,7 +59,8 @@ def state_dependent_fragility(
         limits: Limit of each damage state, from the lightest to the heaviest [units of the demand], as in `fragility`.
         demand: Name of the demand; the worst storey or floor counts.
         event: Name of the event; None: the last one.
-        replicates: Number of draws from the joint sampling distribution of medians and dispersions.
+        replicates: Number of draws from the joint sampling distribution of medians and dispersions. The
+            draws of different `from_state` are correlated by the motions that they have in common.
         confidence: Probability that the intervals cover the true value [1].
         seed: Seed of the draws.
 
@@ -66,14 +69,15 @@ def state_dependent_fragility(
         that is reached or exceeded): `fragility_median` [g, or the unit of the levels] and `fragility_dispersion` [1],
         with `_lower` and `_upper`; `exceedance_fraction(..., stripe)` [1] with bounds; `replicate_median` and
         `replicate_dispersion(from_state, replicate, damage_state)`; `samples(from_state)`, the number of samples that
-        begin in this state; `transition_probability(from_state, to_state, stripe)` [1], the shares of samples that end
-        in exactly this state. Values of states that are not heavier than `from_state` are NaN, as are those of states
-        without samples or without a fit (a warning names them).
+        begin in this state (without those that failed in an earlier event);
+        `transition_probability(from_state, to_state, stripe)` [1], the shares of samples that end in exactly this
+        state. Values of states that are not heavier than `from_state` are NaN, as are those of states without samples
+        or without a fit (a warning names them).
 
     Raises:
         TypeError: If `run` is not a Dataset.
-        ValueError: If the run has no earlier event, the event has no stripes, limits are invalid, or more than 1 % of
-            the samples failed.
+        ValueError: If the run has no earlier event, the event has no stripes, limits are invalid or name the state
+            "none", or more than 1 % of the samples failed.
 
     Example:
         >>> mainshock = wd.Stripes(motions[:4], [0.15, 0.8], wd.PeakGroundAcceleration())  # g
@@ -96,10 +100,17 @@ def state_dependent_fragility(
     chosen = names[-1] if event is None else event
     one_of("name of an event of the run", chosen, names[1:])
     place = names.index(chosen)
+    if isinstance(limits, Mapping) and NO_DAMAGE in limits:
+        raise ValueError(
+            f"{name}: {NO_DAMAGE!r} is the name of the undamaged state, so it cannot have a limit: rename this damage "
+            f"state, such as {{'slight': {limits[NO_DAMAGE]!r}, ...}}, or remove it from limits"
+        )
     checked = DamageLimits.of(limits, demand)
     after = without_added_places(select_event(run, chosen))
     if after["im_level"].attrs.get("design") != STRIPED:
         raise ValueError(f"{name}: event {chosen!r} has no stripes: give it Stripes(motions, levels, measure)")
+    units = str(after["im_level"].attrs.get("units", "g"))
+    checked_failures(decoded_status(after["status"]), after["motion_index"].values, after["im_level"].values, units)
     before = np.zeros(after.sizes["sample"], np.int64)
     is_valid = np.ones(before.size, bool)
     own = run.sel(sample=after["sample"].values) if "sample" in run.indexes else run
@@ -108,55 +119,88 @@ def state_dependent_fragility(
         status = decoded_status(part["status"])
         passed = damage_of(name, without_added_places(part), checked, status).passed[-1]
         before = np.maximum(before, passed)
-        is_valid &= status <= OK + 1  # ok or collapsed
-    before = np.where(is_valid, before, 0)  # a failed sample also fails in this event; `fragility` counts it
-    return _of_parts(
-        after, before, checked, limits, demand, {"confidence": confidence, "seed": seed}, replicates, chosen
+        is_valid &= np.isin(status, (OK, COLLAPSED))
+    before = np.where(is_valid, before, UNKNOWN)
+    how = {"demand": demand, "replicates": replicates, "confidence": confidence, "seed": seed}
+    parts, remarks = _fits(after, before, limits, how)
+    warn_of_all(name, remarks)
+    samples = np.bincount(before[is_valid], minlength=len(parts) + 1)[: len(parts)]
+    return _gathered(parts, samples, list(checked.states), after["im_level"], replicates).assign_attrs(
+        intensity_measure=str(after.attrs.get("intensity_measure", "")),
+        demand=", ".join(checked.demands),
+        fragility_shape="lognormal",
+        event=chosen,
+        confidence=float(confidence),
+        replicates_seed=seed,
     )
 
 
-def _of_parts(
-    after: xr.Dataset,
-    before: np.ndarray,
-    checked: DamageLimits,
-    limits: Mapping[str, Limit],
-    demand: str,
-    how: dict[str, Any],
-    replicates: int,
-    chosen: str,
-) -> xr.Dataset:
-    """Return the result of `state_dependent_fragility`.
+def _fits(
+    after: xr.Dataset, before: np.ndarray, limits: Mapping[str, Limit], how: dict[str, Any]
+) -> tuple[list[xr.Dataset | None], list[str]]:
+    """Return the result of `fragility` for the samples of each state before the event, and sentences for a warning.
+
+    The records are the same for all states, so the draws use the same random number for a record in all of them: its
+    influence on the curves is joint. The random numbers of groups of structures are independent.
 
     Args:
         after: Samples of the event.
-        before: Number of damage states that each sample has reached before the event, shape [sample].
-        checked: Checked limits.
-        limits: Limits as the user gave them.
-        demand: Name of the demand.
-        how: Confidence and seed.
-        replicates: Number of draws.
-        chosen: Name of the event.
+        before: Number of damage states that each sample has reached before the event, shape [sample]; or UNKNOWN.
+        limits: Limit of each damage state.
+        how: Arguments of `fragility`.
+
+    Returns:
+        One result per state, from "none" to the second heaviest one, or None if its samples have no curves; sentences.
     """
-    states, levels = list(checked.states), np.unique(after["im_level"].values)
-    count, stripes = len(states), levels.size
-    found = {f"{key}{end}": np.full((count, count), np.nan) for key in CURVES for end in BOUNDS}
-    found |= {f"{FRACTION}{end}": np.full((count, count, stripes), np.nan) for end in BOUNDS}
-    found |= {key: np.full((count, replicates, count), np.nan) for key in REPLICATES}
-    remarks, units = [], str(after["im_level"].attrs.get("units", "g"))
-    origins = [NO_DAMAGE, *states[:-1]]
-    for place, origin in enumerate(origins):
+    numbers = RecordNumbers.of(np.unique(after["motion_index"].values), how["replicates"], how["seed"])
+    states, stripes = list(limits), np.unique(after["im_level"].values).size
+    found: list[xr.Dataset | None] = []
+    remarks = []
+    for place, origin in enumerate([NO_DAMAGE, *states[:-1]]):
         rows = np.flatnonzero(before == place)
+        if not rows.size:
+            remarks.append(f"no sample begins in state {origin!r}: no curves from this state")
+            found.append(None)
+            continue
+        part = after.isel(sample=rows)
         heavier = {state: limits[state] for state in states[place:]}
+        own = int(np.random.SeedSequence([how["seed"], place]).generate_state(1, np.uint64)[0] >> np.uint64(1))
+        with collected_warnings() as known:  # of implausible limits, which were given for all states
+            DamageLimits.of(heavier, how["demand"])
         try:
             with collected_warnings() as caught:
-                part = fragility(after.isel(sample=rows), heavier, demand=demand, replicates=replicates, **how)
+                found.append(curves_of_stripes(part, heavier, **(how | {"seed": own}), numbers=numbers))
         except ValueError as error:
             if rows.size >= 2 * stripes:
                 raise ValueError(f"samples that begin in state {origin!r}: {error}") from error
-            remarks.append(f"only {rows.size} samples begin in state {origin!r}: no curves from this state")
+            remarks.append(f"only {rows.size} samples begin in state {origin!r}: no curves from this state ({error})")
+            found.append(None)
             continue
-        sentences = [each for message, _ in caught for each in message.removeprefix("fragility:").split("\n- ")]
+        new = [message for message, kind in caught if (message, kind) not in known]
+        sentences = [each for message in new for each in message.removeprefix("fragility:").split("\n- ")]
         remarks += [f"from state {origin!r}: {each.strip()}" for each in sentences if each.strip()]
+    return found, remarks
+
+
+def _gathered(
+    parts: list[xr.Dataset | None], samples: np.ndarray, states: list[str], level: xr.DataArray, replicates: int
+) -> xr.Dataset:
+    """Return one dataset with the curves of all states before the event, without attributes.
+
+    Args:
+        parts: Result of `fragility` for each state before the event; None: no curves.
+        samples: Number of samples that begin in each state, shape [from_state].
+        states: Names of the damage states.
+        level: Level of each sample, with its units.
+        replicates: Number of draws.
+    """
+    levels, count = np.unique(level.values), len(states)
+    found = {f"{key}{end}": np.full((count, count), np.nan) for key in CURVES for end in BOUNDS}
+    found |= {f"{FRACTION}{end}": np.full((count, count, levels.size), np.nan) for end in BOUNDS}
+    found |= {key: np.full((count, replicates, count), np.nan) for key in REPLICATES}
+    for place, part in enumerate(parts):
+        if part is None:
+            continue
         at = np.searchsorted(levels, part["stripe"].values)
         for key in (f"{each}{end}" for each in CURVES for end in BOUNDS):
             found[key][place, place:] = part[key].values
@@ -165,42 +209,28 @@ def _of_parts(
         for key in REPLICATES:
             if key in part:
                 found[key][place, :, place:] = part[key].transpose("replicate", "damage_state").values
-    warn_of_all("state_dependent_fragility", remarks)
-    origin_dims, of_measure = ("from_state", "damage_state"), unit_attributes(units)
+    pair, of_measure = ("from_state", "damage_state"), unit_attributes(str(level.attrs.get("units", "g")))
     words = {CURVES[0]: ("median capacity", of_measure), CURVES[1]: ("dispersion of the capacity", {})}
     result: dict[str, tuple] = {}
     for end, side in zip(BOUNDS, ("", ", lower bound", ", upper bound"), strict=True):
         for key in CURVES:
-            result[key + end] = variable(origin_dims, found[key + end], words[key][0] + side, **words[key][1])
-        result[FRACTION + end] = variable(
-            (*origin_dims, "stripe"), found[FRACTION + end], f"fraction of samples exceeding{side}"
-        )
+            result[key + end] = variable(pair, found[key + end], words[key][0] + side, **words[key][1])
+        exceeding = f"fraction of samples exceeding{side}"
+        result[FRACTION + end] = variable((*pair, "stripe"), found[FRACTION + end], exceeding)
     for key, each in zip(REPLICATES, CURVES, strict=True):
         dims = ("from_state", "replicate", "damage_state")
         result[key] = variable(dims, found[key], f"{words[each][0]}, draws", **words[each][1])
-    result["samples"] = variable(
-        "from_state", np.bincount(before, minlength=count + 1)[:count], "samples that begin in the state"
-    )
-    result["transition_probability"] = variable(
-        ("from_state", "to_state", "stripe"), _transitions(found[FRACTION]), "share of samples that end in the state"
-    )
-    label = {"long_name": "damage state that is reached or exceeded"}
+    result["samples"] = variable("from_state", samples, "samples that begin in the state")
+    shares, dims = _transitions(found[FRACTION]), ("from_state", "to_state", "stripe")
+    result["transition_probability"] = variable(dims, shares, "share of samples that end in the state")
+    names = {
+        "from_state": ([NO_DAMAGE, *states[:-1]], "damage state before the event"),
+        "damage_state": (states, "damage state that is reached or exceeded"),
+        "to_state": ([NO_DAMAGE, *states], "damage state after the event"),
+    }
+    coordinates = {key: (key, np.array(each), {"long_name": text}) for key, (each, text) in names.items()}
     return xr.Dataset(
-        result,
-        {
-            "from_state": ("from_state", np.array(origins), {"long_name": "damage state before the event"}),
-            "damage_state": ("damage_state", np.array(states), label),
-            "to_state": ("to_state", np.array([NO_DAMAGE, *states]), {"long_name": "damage state after the event"}),
-            "stripe": variable("stripe", levels, "intensity of the stripe", **of_measure),
-        },
-        {
-            "intensity_measure": str(after.attrs.get("intensity_measure", "")),
-            "demand": ", ".join(checked.demands),
-            "fragility_shape": "lognormal",
-            "event": chosen,
-            "confidence": float(how["confidence"]),
-            "replicates_seed": how["seed"],
-        },
+        result, coordinates | {"stripe": variable("stripe", levels, "intensity of the stripe", **of_measure)}
     )
 
 

@@ -31,6 +31,31 @@ SOURCES = ("record", "structure", "record and structure")  # sources of variance
 
 
 @dataclass(frozen=True, eq=False)
+class RecordNumbers:
+    """Random numbers of records, by which the draws of fits to different samples under the same records are joint.
+
+    Args:
+        records: Labels of the records, increasing, shape [record].
+        normal: Standard normal numbers, shape [draw, record].
+        uniform: Probability of the chi-squared value of each draw, shape [draw].
+    """
+
+    records: np.ndarray
+    normal: np.ndarray
+    uniform: np.ndarray
+
+    @classmethod
+    def of(cls, records: np.ndarray, count: int, seed: int) -> RecordNumbers:
+        """Return the numbers for `count` draws with a seed; arguments: see the class."""
+        generator = np.random.default_rng(seed)
+        return cls(records, generator.standard_normal((count, records.size)), generator.uniform(size=count))
+
+    def of_records(self, records: np.ndarray) -> np.ndarray:
+        """Return the normal numbers of some of the records, shape [draw, record]."""
+        return self.normal[:, np.searchsorted(self.records, records)]
+
+
+@dataclass(frozen=True, eq=False)
 class Spread:
     """Sampling distribution of estimates of any shape [...], from a jackknife.
 
@@ -57,7 +82,14 @@ class Spread:
         half = stdtrit(self.freedom, 0.5 + 0.5 * confidence) * self.standard_error
         return np.stack([self.centre - half, self.centre + half])
 
-    def draw(self, count: int, seed: int, confidence: float) -> np.ndarray:
+    def draw(
+        self,
+        count: int,
+        seed: int,
+        confidence: float,
+        records: np.ndarray | None = None,
+        numbers: RecordNumbers | None = None,
+    ) -> np.ndarray:
         """Return draws from the joint distribution of all estimates, shape [count, ...].
 
         Each estimate has the Student's t distribution of its interval, with its own degrees of freedom; the estimates
@@ -69,12 +101,17 @@ class Spread:
             count: Number of draws.
             seed: Seed of the draws.
             confidence: Coverage of the interval at whose bounds tails are cut off [1].
+            records: Labels of the records, which are the first units of the deviations.
+            numbers: Random numbers of these records. None: from the seed, like those of groups of structures.
         """
         generator = np.random.default_rng(seed)
         normal = generator.standard_normal((count, len(self.deviations)))
+        if numbers is not None and records is not None and len(self.deviations):
+            normal[:, : records.size] = numbers.of_records(records)
         finite = np.nan_to_num(self.deviations, posinf=0.0, neginf=0.0).reshape(len(self.deviations), self.centre.size)
         sums = (normal @ finite).reshape((count, *self.centre.shape))
-        probability = generator.uniform(size=count).reshape(-1, *[1] * self.centre.ndim)
+        uniform = generator.uniform(size=count) if numbers is None else numbers.uniform
+        probability = uniform.reshape(-1, *[1] * self.centre.ndim)
         freedom = np.where(np.isfinite(self.freedom), self.freedom, 1.0)
         with np.errstate(divide="ignore", invalid="ignore"):
             # Chi-squared values of all estimates at the same probability, with the degrees of freedom of each estimate.

@@ -12,10 +12,12 @@ from numpy.typing import ArrayLike
 from warpdyn.answers.fragility.building_results import check_run_of_stock
 from warpdyn.answers.fragility.reduced_counts import counts_over
 from warpdyn.answers.risk.curves.curve_set import check_hazard
+from warpdyn.answers.risk.curves.curve_warnings import warn_of_extrapolated_loss
 from warpdyn.answers.risk.event_losses import checked_event_rates
 from warpdyn.answers.risk.hazard_curves import Hazard, HazardLogicTree, branches_of
 from warpdyn.answers.risk.integrals.linear import begin_of, loss_of_year
 from warpdyn.campaigns.reductions.damage.loss_ratios import Ratios, ratios_of_archetypes
+from warpdyn.campaigns.reductions.limits import DRIFT
 from warpdyn.foundations.core.checks import check_dataset, check_kind
 from warpdyn.foundations.core.messages import warn_caller
 from warpdyn.foundations.core.near_misses import suggests_names
@@ -43,7 +45,8 @@ def building_annual_losses(
     With a hazard curve, the mean loss ratio of a building, linear between the levels of the stripes, is integrated over
     the curve, as in `expected_annual_loss`: it is 0 below the lowest and constant above the highest level. With rates
     of events, it is the sum over the events of the rate times the mean loss ratio. A sample is in exactly one damage
-    state, and failed samples do not count.
+    state, and failed samples do not count. A warning is given if levels beyond the first or last level decide more than
+    5 % of the portfolio's annual loss, or if more than 1 % of it is from intensities beyond the points of the hazard.
 
     Args:
         counted: The result of `simulate` with `statistics=wd.DamageCounts(stock.limits, over=...)`: over=("building",
@@ -62,9 +65,9 @@ def building_annual_losses(
 
     Raises:
         TypeError: If an argument is of another class.
-        ValueError: If not exactly one of `hazard` and `event_rates` is given; if the counts have other dimensions; if
-            the stock, the inventory or the hazard does not fit; if a building has no valid sample at a level or in an
-            event; or if costs, loss ratios or rates are invalid.
+        ValueError: If not exactly one of `hazard` and `event_rates` is given; if the counts have other dimensions or
+            were made with other limits than `stock.limits`; if the stock, the inventory or the hazard does not fit; if
+            a building has no valid sample at a level or in an event; or if costs, loss ratios or rates are invalid.
 
     Example:
         >>> levels = wd.Stripes(motions, [0.1, 0.3, 0.9, 2.0], wd.PeakGroundAcceleration())  # g
@@ -87,6 +90,7 @@ def building_annual_losses(
     name = counts_over(_FUNCTION, counted, *choices)
     (along,) = (str(dim) for dim in counted[name].dims if dim not in ("building", "damage_state"))
     check_run_of_stock(_FUNCTION, counted.isel({along: 0}), stock)
+    _check_limits(counted, stock)
     stock.check(inventory)
     taken = [each for each in COLUMNS if each in inventory.columns]
     if taken:
@@ -125,6 +129,29 @@ def building_annual_losses(
     return pd.concat([inventory[number >= 0].reset_index(drop=True), own], axis=1)
 
 
+def _check_limits(counted: xr.Dataset, stock: BuildingStock) -> None:
+    """Raise a ValueError if the counts were made with other limits than those of the stock.
+
+    Counts without the variable `damage_limit`, and archetypes without limits in the stock, are not checked.
+    """
+    if "damage_limit" not in counted:
+        return
+    table, names = counted["damage_limit"], list(stock.portfolio.archetypes)
+    states = [str(state) for state in counted["damage_state"].values][1:]
+    advice = f"{_FUNCTION}: the counts were made with other limits than stock.limits"
+    remedy = 'simulate with DamageCounts(stock.limits, over=("building", "stripe"))'
+    if table.attrs.get("demand", DRIFT) != DRIFT:
+        raise ValueError(f"{advice} (limits of {table.attrs['demand']}): {remedy}")
+    for name in names:
+        own = dict(stock.limits.get(name, {}))
+        row = table.sel(archetype=name) if "archetype" in table.coords else table
+        if "archetype" in row.dims:
+            row = row.isel(archetype=names.index(name))
+        found = dict(zip(states, row.values.tolist()[1:], strict=True))
+        if own and own != found:
+            raise ValueError(f"{advice}: archetype {name!r} has {found}, and in the stock {own}: {remedy}")
+
+
 def _weights(counted: xr.Dataset, hazard: Hazard, ratio: np.ndarray, cost: np.ndarray) -> np.ndarray:
     """Return the weight of the loss ratio at each level in the annual loss ratio [1/year], shape [stripe].
 
@@ -149,7 +176,7 @@ def _weights(counted: xr.Dataset, hazard: Hazard, ratio: np.ndarray, cost: np.nd
 
 
 def _warn_of_ends(tree: HazardLogicTree, levels: np.ndarray, units: str, loss: np.ndarray, whole: float) -> None:
-    """Warn if the loss at the lowest level or above the highest level is a large part of the annual loss.
+    """Warn if the loss at the lowest level, above the highest level or beyond the hazard points is a large part.
 
     Args:
         tree: The hazard.
@@ -172,3 +199,4 @@ def _warn_of_ends(tree: HazardLogicTree, levels: np.ndarray, units: str, loss: n
             f"{_FUNCTION}: the loss ratio above {levels[-1]:g} {units} is constant, although these levels are "
             f"{100 * last:.0f} % of the annual loss: add higher levels to Stripes"
         )
+    warn_of_extrapolated_loss(_FUNCTION, tree, levels, loss, whole)

@@ -6,7 +6,7 @@ import numpy as np
 
 from warpdyn.answers.risk.curves.curve_set import CurveSet
 from warpdyn.answers.risk.hazard_curves import HazardCurve, HazardLogicTree
-from warpdyn.answers.risk.integrals.linear import begin_of
+from warpdyn.answers.risk.integrals.linear import begin_of, loss_of_year, part_above
 from warpdyn.foundations.core.messages import warn_caller
 
 CUT_SHARE = 0.05  # warn if the first or last value of a table decides a larger share of a rate or loss
@@ -59,6 +59,26 @@ def warn_of_extrapolation(
                 f"{what}: {', '.join(found)} comes from intensities {side}, where the hazard is extrapolated with the "
                 "slope of its end segment: give a hazard curve that reaches further"
             )
+
+
+def warn_of_extrapolated_loss(
+    function: str, hazard: HazardLogicTree, levels: np.ndarray, loss: np.ndarray, whole: float
+) -> None:
+    """Warn if a large share of an annual loss is from intensities beyond the points of the hazard.
+
+    Args:
+        function: Name of the public function, for the message.
+        hazard: The hazard.
+        levels: Intensities of the loss, between which it is linear [units of the hazard], shape [point].
+        loss: Mean loss or loss ratio, shape [point].
+        whole: Annual loss [unit of `loss` per year], above 0.
+    """
+    outside = np.zeros((2, 1))
+    for weight, one in zip(hazard.weights, hazard.curves, strict=True):
+        start, end = one.intensity[[0, -1]]
+        beyond = [loss_of_year(one, *part_above(level, levels, loss)) for level in (start, end)]
+        outside += weight * np.array([[loss_of_year(one, levels, loss) - beyond[0]], [beyond[1]]])
+    warn_of_extrapolation(("the expected loss",), outside / whole, hazard.curves, function)
 
 
 def warn_of_table_ends(function: str, curves: CurveSet, hazard: HazardLogicTree, rate: np.ndarray) -> None:

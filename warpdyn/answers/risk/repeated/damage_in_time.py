@@ -11,6 +11,7 @@ from warpdyn.answers.fragility.curve_variables import variable
 from warpdyn.answers.fragility.lognormal_fit import check_confidence
 from warpdyn.answers.risk.annual_rates import weighted_bounds
 from warpdyn.answers.risk.curves.curve_set import CurveSet
+from warpdyn.answers.risk.curves.curve_warnings import warn_of_extrapolation, warn_of_table_ends
 from warpdyn.answers.risk.hazard_curves import Hazard, branches_of
 from warpdyn.answers.risk.losses import checked_periods
 from warpdyn.foundations.core.checks import check_dataset
@@ -30,7 +31,8 @@ def damage_in_time(
     structure from its damage state to the same or a heavier state with the probabilities of the state-dependent curves.
     So the state is a continuous-time Markov chain: the rate from state i to state j is the integral of the transition
     probability over the hazard curve, and the probabilities after t years are the matrix exponential of t times the
-    matrix of rates. At every intensity, a heavier state is at most as likely as a lighter one, as in `annual_losses`.
+    matrix of rates. At every intensity, a heavier state is at most as likely as a lighter one, as in `annual_losses`. A
+    warning names the rates with a share above 1 % from intensities beyond the points of the hazard.
 
     Source: Iervolino, Giorgio and Chioccarelli (2016), "Markovian modeling of seismic damage accumulation", Earthquake
     Engineering & Structural Dynamics 45(3).
@@ -79,14 +81,19 @@ def damage_in_time(
         )
     count = len(states)
     rates = np.zeros((1, len(tree.curves), count, count + 1))
-    sampled = None
+    sampled, shares, moves = None, [], []
     for place, origin in enumerate(origins):
+        _check_has_curves(curves, place, origin, states)
         part = curves.isel(from_state=place, damage_state=slice(place, None)).drop_vars("from_state")
         try:
             found = CurveSet.from_dataset(name, part, tree)
         except ValueError as error:
             raise ValueError(f"curves from state {origin!r}: {error}") from error
-        rates[0, :, place, place:] = _rates_to(found.rates(tree, ordered=True))
+        of_origin = found.rates(tree, ordered=True)
+        rates[0, :, place, place:] = _rates_to(of_origin)
+        shares.append(found.shares_beyond(tree))
+        moves += [f"the rate from {origin!r} to {state!r}" for state in states[place:]]
+        warn_of_table_ends(f"{name}: rate from state {origin!r}", found, tree, tree.weights @ of_origin)
         of_draws = found.sampled_rates(tree, ordered=True)
         if sampled is None:
             sampled = np.zeros((len(of_draws), len(tree.curves), count, count + 1))
@@ -94,6 +101,7 @@ def damage_in_time(
             raise ValueError(f"{name}: the curves from {origins[0]!r} and {origin!r} have other numbers of replicates")
         sampled[:, :, place, place:] = _rates_to(of_draws)
     assert sampled is not None
+    warn_of_extrapolation(tuple(moves), np.concatenate(shares, axis=1), tree.curves, name)
     outcomes = [_outcomes(each, periods) for each in (rates, sampled)]
     result: dict[str, tuple] = {}
     pair = ("from_state", "to_state")
@@ -115,6 +123,28 @@ def damage_in_time(
             "years": variable("years", periods, "period", units="year"),
         },
         {"intensity_measure": tree.measure, "confidence": float(confidence)},
+    )
+
+
+def _check_has_curves(curves: xr.Dataset, place: int, origin: str, states: list[str]) -> None:
+    """Raise a ValueError if a curve from the state `origin` (index `place`) to a heavier state is missing."""
+    median, dispersion = (
+        curves[f"fragility_{key}"].isel(from_state=place).transpose("damage_state").values[place:]
+        for key in ("median", "dispersion")
+    )
+    missing = [
+        state
+        for state, is_known in zip(states[place:], np.isfinite(median) & np.isfinite(dispersion), strict=True)
+        if not is_known
+    ]
+    if not missing:
+        return
+    lacking = origin if place and len(missing) == len(states) - place else missing[0]
+    to = " or ".join(f"state {state!r}" for state in missing)
+    raise ValueError(
+        f"damage_in_time: there is no curve from state {origin!r} to {to}, so the rate is unknown. Fit the curves "
+        f"without state {lacking!r}: state_dependent_fragility(run, {{state: limit for state, limit in limits.items() "
+        f"if state != {lacking!r}}}); or simulate more structures or levels"
     )
 
 
