@@ -328,7 +328,7 @@ WRONG_TYPES = {
 }
 LIMITS = {"slight": 0.01}
 NO_BUILDING = {
-    "pushover": (lambda given: wd.pushover(given, [0.1]), "pushover() takes a ShearBuilding"),
+    "pushover": (lambda given: wd.pushover(given, [0.1]), "pushover() takes a ShearBuilding or a LumpedStructure"),
     "storey_hysteresis": (
         lambda given: wd.storey_hysteresis(given, [0.1]),
         "storey_hysteresis() takes a ShearBuilding",

@@ -157,7 +157,10 @@ def test_figures_show_once_where_they_are_the_last_line(main_job: tuple[Path, st
     assert set(FIGURES) == set(wd.plots.__all__) - {
         "animate",
         "frame",
-    }  # an animation; the figure of a Frame, which tests/test_frame_plots.py tests
+        "fragility_surface",
+        "sensitivity",
+        "state_dependent_fragility",
+    }  # an animation; figures of frames and of other datasets than those of the main job, which their own tests draw
     lines = [
         "import numpy as np, pandas as pd, xarray as xr, warp as wp, warpdyn as wd\n"
         f"wp.config.optimization_level = {wp.config.optimization_level}\n{pyplot}",  # as in other tests

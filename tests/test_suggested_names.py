@@ -55,7 +55,7 @@ CURVE = [0.03, 0.3], [2e6, 3e6]
             lambda: wd.simulate(wd.Scene(BUILDING, CLOUD, {"damping_ratio": wd.GivenValues([-0.1, 0.1])})),
             "the given damping_ratio is -0.1 at structure 0; .*; correct its GivenValues",
         ),
-        (lambda: wd.Archetype("x", "y"), "building must be a ShearBuilding, got str"),
+        (lambda: wd.Archetype("x", "y"), "building must be a ShearBuilding or a LumpedStructure with storeys, got str"),
         (lambda: wd.HazardCurve([0.1, 1.0], [1e-2, 1e-4], units="gg"), "unknown units 'gg' of a hazard curve.*'m s-2'"),
         (lambda: wd.GroundMotion([0.0, 1.0], 0.01, component=3), "GroundMotion.component must be text, got 3"),
         (lambda: wd.DamageCounts(LIMITS, events=5), "events must be the event of each motion"),

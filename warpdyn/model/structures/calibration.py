@@ -246,6 +246,8 @@ class CalibratedChain:
         _refuse_determined(parameters, ("stiffness",), "the periods")
         chain = _masses_and_heights(storeys, mass, height)
         chain["stiffness"] = chain_of_periods(period, chain["mass"], chain["height"], distribution)
+        if not (chain["stiffness"] > 0).all():
+            raise ValueError("period is so long that a storey stiffness is 0: give period in s")
         if parameters.get("gravity_load") is not None:
             load = _one_per_storey("gravity_load", parameters["gravity_load"], len(chain["mass"]))
             chain["stiffness"] += storey_weight_over_height({"gravity_load": load, "height": chain["height"]})

@@ -10,7 +10,7 @@ import xarray as xr
 from numpy.typing import ArrayLike
 
 from warpdyn.engine.kernels.registry import recorders as known_recorders
-from warpdyn.engine.laws import Device, Law, Parameter
+from warpdyn.engine.laws import DEVICES, Device, Law, Parameter
 from warpdyn.engine.laws.building_law import BuildingLaw, missing_at
 from warpdyn.engine.laws.lookup import devices_and_values, laws_and_values
 from warpdyn.engine.laws.parameter import names_of
@@ -155,6 +155,9 @@ class ShearBuilding(CalibratedChain, ProtectedChain, Structure):
                 if others:
                     raise ValueError(f"damping {damping!r} does not take {name}: give damping={' or '.join(others)}")
                 takes, hint = ", ".join(self.parameter_table), did_you_mean(name, names_of(known))
+                devices = [repr(device) for device, each in DEVICES.items() if name in each.parameters]
+                if devices and not hint:
+                    hint = f" (of a device: add devices=({devices[0]},))"
                 raise ValueError(
                     f"unknown parameter {name!r}{hint}: a building with law {law!r} and damping {damping!r} takes "
                     f"{takes}"
