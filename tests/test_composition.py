@@ -1,5 +1,6 @@
 """Kernels are put together as text: parts in the slots of a skeleton, and no more than what a plan wants."""
 
+import ast
 import inspect
 import textwrap
 import traceback
@@ -9,6 +10,7 @@ import numpy as np
 import pytest
 import warp as wp
 
+from warpdyn.engine.kernels.composing import syntax
 from warpdyn.engine.kernels.composing.source_text import folded, spliced, without_unread
 from warpdyn.engine.kernels.composition import compose, kernel_of
 from warpdyn.engine.kernels.slots import Slot
@@ -365,3 +367,22 @@ def test_names_are_written_as_the_nearest_slot_says():
         y = f(third, width)
         z = f(width)
     """)
+
+
+@pytest.mark.parametrize("mistakes", [2, syntax.ATTEMPTS])
+def test_a_text_is_parsed_again_after_a_mistake_of_python(monkeypatch, mistakes):
+    parse, attempts = ast.parse, []
+
+    def parse_at_last(text):
+        attempts.append(text)
+        if len(attempts) <= mistakes:
+            raise SystemError("AST constructor recursion depth mismatch (before=216, after=233)")
+        return parse(text)
+
+    monkeypatch.setattr(syntax, "ast", SimpleNamespace(parse=parse_at_last))
+    if mistakes < syntax.ATTEMPTS:
+        assert ast.unparse(syntax.syntax_tree("a = 1")) == "a = 1"
+        assert len(attempts) == mistakes + 1
+    else:
+        with pytest.raises(SystemError, match="recursion depth"):
+            syntax.syntax_tree("a = 1")

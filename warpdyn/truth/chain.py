@@ -108,7 +108,8 @@ class ShearChain:
         array = finite_numbers(name, value)
         if array.shape not in ((), (self.storeys,)):
             raise ValueError(
-                f"{name} must be one value or one per storey, shape [{self.storeys}] as mass, got {array.shape}"
+                f"{name} must be one value or one per storey, shape [{self.storeys}], got {array.shape}: mass has "
+                f"{self.storeys} storeys"
             )
         array = np.array(np.broadcast_to(array, self.storeys))
         problem = parameter and parameter.first_violation(name, array, ("storey",))

@@ -52,6 +52,7 @@ from warpdyn.engine.kernels.composing.source_text import (
     spliced,
     without_unread,
 )
+from warpdyn.engine.kernels.composing.syntax import syntax_tree
 from warpdyn.engine.kernels.composing.user_recorders import Recorder, users_of
 from warpdyn.engine.kernels.registry import all_parts, fields, names_in
 from warpdyn.engine.kernels.slots import SLOTS, Slot
@@ -136,7 +137,7 @@ def _text(
     """
     text = spliced(source_of(skeleton), holders, written)
     text = without_unread(folded(text, dict(known)))
-    [function] = ast.parse(text).body
+    [function] = syntax_tree(text).body
     found = list(names_of(function))
     set_here = {name.id for name in found if isinstance(name.ctx, ast.Store)}
     named = frozenset(name.id for name in found)

@@ -17,6 +17,8 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from types import FunctionType, ModuleType
 from typing import Any
 
+from warpdyn.engine.kernels.composing.syntax import syntax_tree
+
 HAVE_EFFECTS = {"output", "history"}  # a statement that names one of these is never removed
 COMPOUND = ("body", "orelse")  # fields of a statement that contain other statements
 Pairs = tuple[tuple[str, str], ...]  # names and their replacements; the first pair of a name is used
@@ -54,7 +56,7 @@ def _body_source(function: Callable) -> str | None:
 @functools.cache
 def parsed(text: str) -> ast.FunctionDef:
     """Return the syntax tree of the source text of a function."""
-    [definition] = ast.parse(text).body
+    [definition] = syntax_tree(text).body
     return definition
 
 
@@ -145,7 +147,7 @@ def with_names(text: str, written: Pairs) -> str:
         return text
     first = dict(reversed(written))
     lines = text.splitlines()
-    names = (name for name in names_of(ast.parse(text)) if name.id in first)
+    names = (name for name in names_of(syntax_tree(text)) if name.id in first)
     for node in sorted(names, key=lambda node: -node.col_offset):
         line = lines[node.lineno - 1]
         indent = line[: len(line) - len(line.lstrip())]
@@ -259,7 +261,7 @@ class _Rewriter:
         self.lines, self.known = text.splitlines(), known
         self.unread: set[str] = set()
         self.has_emptied = False  # whether a loop or a branch was removed because it was empty
-        self.function = ast.parse(text).body[0]
+        self.function = syntax_tree(text).body[0]
 
     def text(self) -> str:
         """Return the source text of the function without branches that never run and variables that are never read."""
