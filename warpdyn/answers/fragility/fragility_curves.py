@@ -132,15 +132,15 @@ def fragility(
 
 def curves_of_stripes(
     dataset: xr.Dataset,
-    limits: Mapping[str, Limit] | None = None,
+    limits: Mapping[str, Limit] | None,
     *,
-    demand: str = DRIFT,
-    estimator: str = "lognormal",
-    intervals_over: str = OVER[0],
-    added_storeys: bool = False,
-    replicates: int = 1000,
-    confidence: float = 0.95,
-    seed: int = 0,
+    demand: str,
+    estimator: str,
+    intervals_over: str,
+    added_storeys: bool,
+    replicates: int,
+    confidence: float,
+    seed: int,
     numbers: RecordNumbers | None = None,
 ) -> xr.Dataset:
     """Return the result of `fragility`, whose draws can use given random numbers of the records.

@@ -10,7 +10,7 @@ import xarray as xr
 
 from warpdyn.answers.fragility.curve_variables import variable
 from warpdyn.answers.fragility.demands import damage_of
-from warpdyn.answers.fragility.fragility_curves import curves_of_stripes
+from warpdyn.answers.fragility.fragility_curves import OVER, curves_of_stripes
 from warpdyn.answers.fragility.intervals.jackknife import RecordNumbers
 from warpdyn.answers.fragility.lognormal_fit import check_confidence
 from warpdyn.answers.fragility.stripe_counts import checked_failures, decoded_status
@@ -122,6 +122,7 @@ def state_dependent_fragility(
         is_valid &= np.isin(status, (OK, COLLAPSED))
     before = np.where(is_valid, before, UNKNOWN)
     how = {"demand": demand, "replicates": replicates, "confidence": confidence, "seed": seed}
+    how |= {"estimator": "lognormal", "intervals_over": OVER[0], "added_storeys": False}
     parts, remarks = _fits(after, before, limits, how)
     warn_of_all(name, remarks)
     samples = np.bincount(before[is_valid], minlength=len(parts) + 1)[: len(parts)]
