@@ -184,8 +184,7 @@ def pushover(
         >>> (pushed["base_shear"][::25] / 1e3).round().values  # kN
         array([  0., 315., 342., 368., 395.])
     """
-    is_lumped = isinstance(building, LumpedStructure)
-    if not is_lumped:
+    if not isinstance(building, LumpedStructure):
         check_kind("pushover", "a ShearBuilding or a LumpedStructure", building, ShearBuilding, argument="building")
     path = finite_numbers("roof_displacement", roof_displacement)
     if path.ndim != 1 or not path.size:
