@@ -147,7 +147,7 @@ scene = wd.Scene(building, wd.GroundMotion([0.0, 1.0, 0.0], 0.01, "pulse"))
 building.fundamental_period
 wd.simulate(scene, device="cpu")
 """
-    # xarray imports Dask for some operations, if Dask is installed, which takes a third of a second.
+    # xarray imports Dask for some operations, if Dask is installed, which takes 0.3 s.
     assert not modules_after(script) & {"dask", "matplotlib", "scipy.sparse", "warpdyn.model.structures.frames.frame"}
 
 

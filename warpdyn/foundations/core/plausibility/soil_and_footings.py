@@ -48,7 +48,7 @@ CHECKS_OF_FOUNDATIONS: Mapping[str, Check] = {
         *("foundation_mass over the mass of the structure", "1", 5e-3, 20.0),
         with_units("foundation_mass", MASS),
     ),
-    # Springs at the footing's base: rocking over sway stiffness is about the squared half-width. A slab with a tenth of
+    # Springs at the footing's base: rocking over sway stiffness is about the squared half-width. A slab with 1/10 of
     # all masses has 0.03, floors with their own inertia up to 0.5.
     "rocking_inertia_over_masses": Check(
         *("rocking_inertia over all masses times (rocking_stiffness / sway_stiffness)", "1", 1e-3, 20.0),
