@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import atexit
 import ctypes
 import functools
 import shutil
@@ -16,7 +17,8 @@ from peers.case import HARDENING_RATIO, YIELD_DRIFT, Case, Missing
 REAL = {"float32": "float", "float64": "double"}
 
 
-_FOLDER = tempfile.TemporaryDirectory(prefix="shear_chain")  # created here, before several threads compile
+_FOLDER = Path(tempfile.mkdtemp(prefix="shear_chain"))  # created here, before several threads compile
+atexit.register(shutil.rmtree, _FOLDER, ignore_errors=True)
 
 
 @functools.cache
@@ -30,7 +32,7 @@ def load(compiler: str, flags: tuple[str, ...], source: str, **macros: str | int
     path = shutil.which(compiler)
     if path is None:
         raise Missing(f"{compiler} is not on the PATH; install it, or add its folder to PATH")
-    target = Path(_FOLDER.name) / ("-".join(map(str, (source, *macros.values()))) + ".so")
+    target = _FOLDER / ("-".join(map(str, (source, *macros.values()))) + ".so")
     defined = [f"-D{name}={value}" for name, value in macros.items()]
     command = [path, *flags, "-shared", *defined, "-o", str(target), str(Path(__file__).with_name(source))]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
