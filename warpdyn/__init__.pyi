@@ -125,6 +125,7 @@ from .model.ground_motions.roads.profiles import RandomRoad as RandomRoad, RoadB
 from .model.scene.distributions.closed_form import Lognormal as Lognormal, Normal as Normal, Uniform as Uniform
 from .model.scene.distributions.numerical import Empirical as Empirical, Truncated as Truncated
 from .model.scene.portfolio import Archetype as Archetype, Portfolio as Portfolio
+from .model.scene.recording.floor_spectra import FloorSpectra as FloorSpectra
 from .model.scene.scatter import (
     GivenFactors as GivenFactors,
     GivenValues as GivenValues,

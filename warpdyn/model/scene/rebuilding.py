@@ -27,6 +27,7 @@ from warpdyn.model.structures.frames.frame import Frame
 from warpdyn.model.structures.frames.hinged_fishbone import HingedFishbone
 from warpdyn.model.structures.frames.reduced_frame import Gauge, ReducedFrame
 from warpdyn.model.structures.lumped.biaxial_spring import BiaxialSpring
+from warpdyn.model.scene.recording.floor_spectra import FloorSpectra
 from warpdyn.model.structures.lumped.spring import Spring
 from warpdyn.model.structures.lumped.structure import MATRICES, LumpedStructure
 from warpdyn.model.structures.shear_building import LinearSystem, ShearBuilding
@@ -46,12 +47,13 @@ OWN: dict[str, Any] = {  # name -> class of warpdyn that the JSON may contain
         filtered_velocity.FilteredIncrementalVelocity,
         *(scatter.RandomFactor, scatter.RandomValue, scatter.GivenValues, scatter.GivenFactors),
         *(closed_form.Normal, closed_form.Lognormal, closed_form.Uniform),
+        FloorSpectra,
         *(numerical.ScipyDistribution, numerical.Truncated, numerical.Empirical),
     )
 }
 SCENE_KEYS = (
     *("structure", "excitation", "scatter", "correlation", "sampling", "recorders", "collapse_drift_ratio"),
-    *("tail", "record_from", "title"),
+    *("tail", "record_from", "floor_spectra", "title"),
 )
 ARCHETYPE_KEYS = ("structure", "count", "scatter", "correlation")
 LUMPED_CHOICES = (
@@ -83,6 +85,7 @@ def arguments_of_scene(text: str, motions: GroundMotion | Sequence[GroundMotion]
         "excitation": found.value(told["excitation"], "excitation"),
         "scatter": found.value(told.get("scatter", {}), "scatter"),
         "correlation": _pairs(told.get("correlation", {})),
+        "floor_spectra": found.value(told.get("floor_spectra"), "floor_spectra"),
     }
 
 
