@@ -1,6 +1,9 @@
 """The public names of warpdyn and the modules they stand in: `__init__.py` loads them from here when asked for."""
 
 from . import truth as truth
+from .answers.contents.block_responses import rocking_response as rocking_response, sliding_response as sliding_response
+from .answers.contents.blocks import RockingBlock as RockingBlock, SlidingBlock as SlidingBlock
+from .answers.contents.overturning import overturning_intervals as overturning_intervals
 from .answers.fragility.building_results import building_results as building_results
 from .answers.fragility.capacity_curves import fragility_from_capacities as fragility_from_capacities
 from .answers.fragility.cloud_curves import fragility_of_cloud as fragility_of_cloud

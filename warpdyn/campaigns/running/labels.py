@@ -313,8 +313,7 @@ def _numbered(scene: Scene) -> dict[str, tuple]:
     """Return the coordinates along dimensions other than `sample`, such as storey, floor and event, by name."""
     coordinates, excitation = scene.structure.numbered(scene.recorders), scene.excitation
     if scene.floor_spectra is not None:
-        periods = np.array(scene.floor_spectra.periods)
-        coordinates["period"] = ("period", periods, {"long_name": "natural period of the oscillator", "units": "s"})
+        coordinates |= scene.floor_spectra.coordinate
     if len(excitation.event_names) > 1:
         names = np.array(excitation.event_names)
         coordinates["event"] = ("event", names, {"long_name": "event of the sequence"})

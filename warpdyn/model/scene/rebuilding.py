@@ -22,12 +22,12 @@ from warpdyn.model.ground_motions.pairs_of_motions import PairOfMotions
 from warpdyn.model.scene import scatter
 from warpdyn.model.scene.distributions import closed_form, numerical
 from warpdyn.model.scene.portfolio import Archetype, Portfolio
+from warpdyn.model.scene.recording.floor_spectra import FloorSpectra
 from warpdyn.model.structures.builders.torsional_building import TorsionalBuilding
 from warpdyn.model.structures.frames.frame import Frame
 from warpdyn.model.structures.frames.hinged_fishbone import HingedFishbone
 from warpdyn.model.structures.frames.reduced_frame import Gauge, ReducedFrame
 from warpdyn.model.structures.lumped.biaxial_spring import BiaxialSpring
-from warpdyn.model.scene.recording.floor_spectra import FloorSpectra
 from warpdyn.model.structures.lumped.spring import Spring
 from warpdyn.model.structures.lumped.structure import MATRICES, LumpedStructure
 from warpdyn.model.structures.shear_building import LinearSystem, ShearBuilding

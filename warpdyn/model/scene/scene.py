@@ -25,7 +25,6 @@ from warpdyn.model.structures.lumped.matrices import INCIDENCE
 from warpdyn.model.structures.lumped.places.storeys import NEEDS_STOREYS
 from warpdyn.model.structures.structure import Structure
 
-
 SPECTRA = "floor_spectra"  # recorder that needs settings
 MOST_OSCILLATORS = 4096  # of a structure: a CPU thread keeps their states on its stack
 
@@ -202,6 +201,11 @@ class Scene:
         if given is not None and not isinstance(given, FloorSpectra):
             raise TypeError(f"floor_spectra must be FloorSpectra(periods, damping_ratio), got {_described(given)}")
         if (given is None) == (SPECTRA not in self.recorders):
+            if given is not None and self.structure.is_many:
+                raise ValueError(
+                    "floor spectra of a Portfolio are not recorded: simulate a scene of the building of each "
+                    "archetype, or remove 'floor_spectra' and floor_spectra="
+                )
             count = 0 if given is None else len(given.periods) * self.structure.dofs
             if count > MOST_OSCILLATORS:
                 raise ValueError(

@@ -117,9 +117,9 @@ def end_step():
         for j in range(LANES):
             oscillator = oscillation[number, j]
             oscillator_rate = oscillation_rate[number, j]
-            at_start = floor_before[floor, j]
-            rise_of_floor = floor_now[floor, j] - at_start
-            pull = oscillator + at_start
+            floor_start = floor_before[floor, j]
+            rise_of_floor = floor_now[floor, j] - floor_start
+            pull = oscillator + floor_start
             displacement_rise = (
                 of_rate[period, j] * oscillator_rate
                 - of_displacement[period, j] * pull

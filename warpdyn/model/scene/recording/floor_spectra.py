@@ -75,6 +75,12 @@ class FloorSpectra:
         object.__setattr__(self, "damping_ratio", damping_ratio)
 
     @property
+    def coordinate(self) -> dict[str, tuple]:
+        """The coordinate `period` of a dataset."""
+        words = {"long_name": "natural period of the oscillator", "units": "s"}
+        return {"period": ("period", np.array(self.periods), words)}
+
+    @property
     def longest_step(self) -> float:
         """Longest default integration step [s], with STEPS_PER_PERIOD steps in the shortest period."""
         return self.periods[0] / STEPS_PER_PERIOD
@@ -90,14 +96,14 @@ class FloorSpectra:
         if steps < FEWEST_STEPS:
             raise ValueError(
                 f"FloorSpectra.periods: the shortest period, {shortest:g} s, has only {steps:.2g} integration steps of "
-                f"{step:.3g} s, which cannot resolve it: give step={shortest / STEPS_PER_PERIOD:.3g} or shorter, remove "
-                f"step=, or begin the periods at {FEWEST_STEPS * step:.3g} s"
+                f"{step:.3g} s, which cannot resolve it: give step={shortest / STEPS_PER_PERIOD:.3g} or shorter, "
+                f"remove step=, or begin the periods at {FEWEST_STEPS * step:.3g} s"
             )
         if steps < STEPS_PER_PERIOD:
             lost = 1 - np.sinc(1 / steps) ** 2
             warn_caller(
-                f"FloorSpectra: the shortest period, {shortest:g} s, has {steps:.3g} integration steps of {step:.3g} s. "
-                f"Floor accelerations of this period may be up to {100 * lost:.2g} % too small: give "
+                f"FloorSpectra: the shortest period, {shortest:g} s, has {steps:.3g} integration steps of {step:.3g} "
+                f"s. Floor accelerations of this period may be up to {100 * lost:.2g} % too small: give "
                 f"step={shortest / STEPS_PER_PERIOD:.3g}, or remove step="
             )
 
