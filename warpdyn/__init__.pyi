@@ -3,6 +3,13 @@
 from . import truth as truth
 from .answers.contents.block_responses import rocking_response as rocking_response, sliding_response as sliding_response
 from .answers.contents.blocks import RockingBlock as RockingBlock, SlidingBlock as SlidingBlock
+from .answers.contents.component import Component as Component, RepairCost as RepairCost
+from .answers.contents.component_fragility import component_fragility as component_fragility
+from .answers.contents.component_losses import (
+    component_annual_losses as component_annual_losses,
+    component_losses as component_losses,
+)
+from .answers.contents.component_table import components_from_table as components_from_table
 from .answers.contents.overturning import overturning_intervals as overturning_intervals
 from .answers.fragility.building_results import building_results as building_results
 from .answers.fragility.capacity_curves import fragility_from_capacities as fragility_from_capacities
@@ -75,6 +82,7 @@ from .interfaces.exchange.openquake_tables import (
     write_taxonomy_mapping as write_taxonomy_mapping,
 )
 from .interfaces.exchange.pelicun import write_pelicun_demands as write_pelicun_demands
+from .interfaces.exchange.pelicun_components import read_pelicun_components as read_pelicun_components
 from .interfaces.exchange.pelicun_reader import read_pelicun_demands as read_pelicun_demands
 from .interfaces.exchange.regional.building_files import write_building_results as write_building_results
 from .interfaces.exchange.regional.openquake_damages import write_openquake_damages as write_openquake_damages

@@ -47,8 +47,8 @@ def overturning_intervals(
 
     Returns:
         Dataset with the dimensions (motion, block, interval): `overturning_from` and `overturning_to`, the edges of
-        each interval of scale factors [1], in increasing order; NaN if there are fewer intervals. `overturning_from` is the
-        first factor if the block overturns there, and `overturning_to` is infinite if it overturns at the last factor.
+        each interval of scale factors [1], in increasing order; NaN if there are fewer intervals. `overturning_from` is
+        the first factor if the block overturns there, and `overturning_to` is infinite if it overturns at the last one.
         `interval_count(motion, block)` is the number of intervals, and `overturned(motion, block, scale_factor)` is the
         outcome at each factor (0 or 1).
 

@@ -84,8 +84,9 @@ def columns_of(model: Model, keep_inputs: bool) -> dict[str, Column]:
     columns: dict[str, Column] = {}
     for name, variable in model.variables.items():
         attributes = {"long_name": variable.long_name, "units": structure.units_along(variable.dims, variable.units)}
-        attributes |= _start_time(model.scene, name) | _of_oscillators(model.scene, variable.dims)
-        columns[name] = Column(variable.dims, output_dtype(name, plan.dtype), attributes)
+        attributes |= _start_time(model.scene, name)
+        of_oscillators = _of_oscillators(model.scene, variable.dims)
+        columns[name] = Column(variable.dims, output_dtype(name, plan.dtype), attributes | of_oscillators)
     if "peak_storey_drift" in columns:
         attributes = {"long_name": DRIFT_RATIO.long_name, "units": DRIFT_RATIO.units}
         attributes |= _start_time(model.scene, "peak_storey_drift_ratio")
