@@ -63,7 +63,7 @@ def rocking_response(
         >>> block = wd.RockingBlock(half_width=0.2, half_height=1.0)
         >>> response = wd.rocking_response(motions, {"cabinet": block}, scale_factors=[1.0, 2.0])
         >>> response["overturned"].sum("motion").values
-        array([[0, 2]])
+        array([[0, 5]])
     """
     name = "rocking_response"
     known = checked_blocks(name, blocks, RockingBlock)

@@ -89,7 +89,7 @@ class RockingBlock:
     @property
     def coefficient_of_restitution(self) -> float:
         """Angular velocity after an impact divided by that before [1]: given, or Housner's value."""
-        return 1 - 1.5 * np.sin(self.slenderness) ** 2 if self.restitution is None else self.restitution
+        return float(1 - 1.5 * np.sin(self.slenderness) ** 2) if self.restitution is None else self.restitution
 
 
 @with_suggestions

@@ -18,7 +18,7 @@ SPECTRUM = "peak_floor_spectral_acceleration"
 DEMANDS = (DRIFT, ACCELERATION, SPECTRUM, "residual_drift_ratio")
 PLACES = ABOVE, BELOW = "floor_above", "floor_below"
 LARGEST_DRIFT_RATIO = 0.3  # larger medians of drift ratios are probably in percent
-SMALLEST_ACCELERATION = 2.0  # [m/s2]; if all medians are smaller, they are probably in g
+SMALLEST_ACCELERATION = 1.5  # [m/s2]; if all medians are smaller, they are probably in g
 
 
 @with_suggestions
@@ -62,7 +62,7 @@ class RepairCost:
 
     def per_unit(self, quantity: ArrayLike) -> np.ndarray:
         """Return the cost per unit [currency] if this quantity [units] is repaired."""
-        return np.interp(quantity, self.quantities, self.unit_costs)
+        return np.interp(np.asarray(quantity, dtype=np.float64), self.quantities, self.unit_costs)
 
 
 @with_suggestions

@@ -32,8 +32,7 @@ def component_fragility(
     Args:
         run: A run on stripes of a ShearBuilding (or of a structure with storeys), with the demand of the component.
         component: The component.
-        storey: Storey of the component, from 1. None: a unit in every storey, and the worst of them counts; the curves
-            of each storey are also returned.
+        storey: Storey of the component, from 1. None: a unit in every storey, and the worst of them counts.
         seed: Seed of the capacities.
         options: Further arguments of `fragility`: estimator, intervals_over, replicates, confidence.
 
@@ -44,10 +43,10 @@ def component_fragility(
         TypeError, ValueError: As `fragility`; if the run lacks the demand, or the storey is unknown.
 
     Example:
-        >>> ceiling = wd.Component("peak_floor_acceleration", [5.0, 9.0], [0.3, 0.3])  # m/s2
+        >>> ceiling = wd.Component("peak_floor_acceleration", medians=[2.0], dispersions=[0.3])  # m/s2
         >>> curves = wd.component_fragility(run, ceiling, storey=2, intervals_over="records")
-        >>> bool(curves["fragility_median"][0] < curves["fragility_median"][1])
-        True
+        >>> curves["fragility_median"].round(2).values  # g
+        array([0.46])
     """
     check_kind(FUNCTION, "a Component", component, Component, argument="component")
     run, status = checked_run(FUNCTION, run)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -16,6 +17,7 @@ from warpdyn.answers.fragility.lognormal_fit import check_confidence
 from warpdyn.answers.risk.curves.curve_set import check_hazard
 from warpdyn.answers.risk.hazard_curves import Hazard, branches_of
 from warpdyn.answers.risk.integrals.linear import loss_of_year
+from warpdyn.answers.risk.losses import expected_annual_loss
 from warpdyn.foundations.core.checks import check_dataset, finite_numbers, real_number, shortened
 from warpdyn.foundations.core.messages import warn_caller
 from warpdyn.foundations.core.near_misses import suggests_names
@@ -169,12 +171,13 @@ def component_annual_losses(losses: xr.Dataset, hazard: Hazard, *, confidence: f
     check_dataset(_ANNUAL, losses, *needed, advice="give the result of component_losses()", argument="losses")
     if not {"intensity", "im_level", "motion_index"} <= losses.variables.keys():
         raise ValueError(
-            f"{_ANNUAL}: the losses are not of a run on stripes: simulate Stripes(motions, levels, measure)"
+            f"{_ANNUAL}: these are not losses of a run on stripes: simulate Stripes(motions, levels, measure)"
         )
     tree = branches_of(_ANNUAL, hazard)
     check_confidence(confidence)
     units = str(losses["intensity"].attrs.get("units", "g"))
     check_hazard(_ANNUAL, tree, units, str(losses.attrs.get("intensity_measure", "")))
+    expected_annual_loss(losses, hazard)  # its checks and warnings
     levels, value = losses["intensity"].values, float(losses.attrs["replacement_value"])
     total = losses["repair_cost"].values
     collapse = np.where(np.isnan(total), np.nan, total - losses["repair_cost_by_storey"].values.sum(axis=1))
@@ -200,7 +203,7 @@ def component_annual_losses(losses: xr.Dataset, hazard: Hazard, *, confidence: f
     if records.size > 1:
         half = stdtrit(records.size - 1, 0.5 + 0.5 * confidence) * each.std(axis=0, ddof=1) / np.sqrt(records.size)
     storeys = losses.sizes["storey"]
-    parts = {
+    parts: dict[str, tuple[Any, Any, str]] = {
         "annual_loss_by_storey": ("storey", slice(0, storeys), "expected annual loss of the storey"),
         "annual_loss_by_component": ("component", slice(storeys, -2), "expected annual loss of the component"),
         "annual_loss_of_collapse": ((), -2, "expected annual loss by collapse"),

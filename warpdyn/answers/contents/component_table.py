@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import pandas as pd
 
 from warpdyn.answers.contents.component import ABOVE, Component
@@ -20,7 +22,8 @@ def components_from_table(table: pd.DataFrame) -> dict[str, Component]:
     Args:
         table: A DataFrame, for example of `pandas.read_csv`, with the columns `component` (name), `demand`, `median`
             [unit of the demand] and `dispersion` [1], and if needed `cost` [currency per unit], `place`, `period` [s]
-            and `unit`; see `Component`. `demand`, `place`, `period` and `unit` must be equal in all rows of a component.
+            and `unit`; see `Component`. `demand`, `place`, `period` and `unit` must be the same in all rows of a
+            component.
 
     Returns:
         The components by name, in the order of the table.
@@ -48,7 +51,7 @@ def components_from_table(table: pd.DataFrame) -> dict[str, Component]:
         raise ValueError(f"{FUNCTION}: the table has no rows")
     found = {}
     for name, rows in table.groupby("component", sort=False):
-        common = {}
+        common: dict[str, Any] = {}
         for column in ("demand", "place", "period", "unit"):
             values = rows[column].dropna().unique().tolist() if column in rows else []
             if len(values) > 1:

@@ -61,8 +61,8 @@ def overturning_intervals(
         >>> pulse = wd.GroundMotion(np.where(time < 0.47, np.sin(2 * np.pi / 0.47 * time), 0.0), 0.001, "sine")
         >>> block = wd.RockingBlock(half_width=0.25, half_height=1.0)
         >>> found = wd.overturning_intervals(pulse, block, np.linspace(2.5, 30.0, 500))
-        >>> found["overturning_from"].values.round(1), found["overturning_to"].values.round(1)
-        (array([[[ 7. , 18. ]]]), array([[[16.4,  inf]]]))
+        >>> found["overturning_from"].values.round(2), found["overturning_to"].values.round(2)
+        (array([[[ 7.  , 17.99]]]), array([[[16.46,   inf]]]))
     """
     name = "overturning_intervals"
     known = checked_blocks(name, blocks, RockingBlock)

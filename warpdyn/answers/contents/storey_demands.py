@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 import xarray as xr
 
-from warpdyn.answers.contents.component import ABOVE, ACCELERATION, SPECTRUM, Component
+from warpdyn.answers.contents.component import ABOVE, ACCELERATION, Component
 from warpdyn.answers.fragility.demands import checked_demand, refuse_portfolio
 from warpdyn.answers.fragility.stripe_counts import decoded_status
 from warpdyn.campaigns.running.joining.duplicates import check_samples
@@ -68,7 +68,7 @@ def demand_of_storeys(
             "to Scene(recorders=...)"
         )
     part = run
-    if demand == SPECTRUM:
+    if component.period is not None:
         known = run["period"].values
         near = np.flatnonzero(np.isclose(known, component.period, rtol=1e-6))
         if not near.size:

@@ -52,7 +52,8 @@ def read_pelicun_components(
     Example:
         >>> text = "ID,Incomplete,Demand-Type,Demand-Unit,Demand-Offset,LS1-Family,LS1-Theta_0,LS1-Theta_1\\n"
         >>> text += "C.1,0,Peak Floor Acceleration,g,1,lognormal,1.5,0.4\\n"
-        >>> _ = Path("fragility.csv").write_text(text)
+        >>> with open("fragility.csv", "w") as file:
+        ...     _ = file.write(text)
         >>> wd.read_pelicun_components("fragility.csv", ["C.1"])["C.1"].place
         'floor_above'
     """
@@ -130,7 +131,9 @@ def _component(row: Mapping[str, str], costs: Mapping[str, str] | None) -> Compo
     offset = row["Demand-Offset"].strip() or "0"
     if float(offset) not in (0.0, 1.0) or (demand == DRIFT and float(offset)):
         raise ValueError(f"Demand-Offset must be 0, or 1 for floor accelerations, got {offset!r}")
-    medians, dispersions, weights = [], [], []
+    medians: list[float] = []
+    dispersions: list[float] = []
+    weights: list[list[float]] = []
     while (state := f"LS{len(medians) + 1}-Theta_0") in row and row[state].strip():
         state = state.removesuffix("-Theta_0")
         family = row.get(f"{state}-Family", "lognormal").strip()
