@@ -87,12 +87,12 @@ def component_losses(
         damaged = amounts[name][:, None, None] * component.probabilities(demand)  # [storey, sample, damage_state]
         costs[place] = (damaged * component.costs_of(damaged.sum(axis=0))).sum(axis=-1)
     whole = costs.sum(axis=(0, 1))
-    if np.median(whole[status == OK]) > value if (status == OK).any() else False:
+    if (status == OK).any() and np.median(whole[status == OK]) > value:
         warn_caller(
             f"{_LOSSES}: in more than half of the samples, repair costs exceed the replacement value of {value:g}: "
             "check the quantities (in units of the component, such as 100 m2) and replacement_value="
         )
-    with np.errstate(invalid="ignore"):
+    with np.errstate(invalid="ignore", divide="ignore"):
         costs *= np.where(whole > value, value / whole, 1.0)
     costs[..., status == COLLAPSED] = 0.0
     costs[..., status > COLLAPSED] = np.nan
