@@ -1,6 +1,16 @@
 """The public names of warpdyn and the modules they stand in: `__init__.py` loads them from here when asked for."""
 
 from . import truth as truth
+from .answers.contents.block_responses import rocking_response as rocking_response, sliding_response as sliding_response
+from .answers.contents.blocks import RockingBlock as RockingBlock, SlidingBlock as SlidingBlock
+from .answers.contents.component import Component as Component, RepairCost as RepairCost
+from .answers.contents.component_fragility import component_fragility as component_fragility
+from .answers.contents.component_losses import (
+    component_annual_losses as component_annual_losses,
+    component_losses as component_losses,
+)
+from .answers.contents.component_table import components_from_table as components_from_table
+from .answers.contents.overturning import overturning_intervals as overturning_intervals
 from .answers.fragility.building_results import building_results as building_results
 from .answers.fragility.capacity_curves import fragility_from_capacities as fragility_from_capacities
 from .answers.fragility.cloud_curves import fragility_of_cloud as fragility_of_cloud
@@ -72,6 +82,7 @@ from .interfaces.exchange.openquake_tables import (
     write_taxonomy_mapping as write_taxonomy_mapping,
 )
 from .interfaces.exchange.pelicun import write_pelicun_demands as write_pelicun_demands
+from .interfaces.exchange.pelicun_components import read_pelicun_components as read_pelicun_components
 from .interfaces.exchange.pelicun_reader import read_pelicun_demands as read_pelicun_demands
 from .interfaces.exchange.regional.building_files import write_building_results as write_building_results
 from .interfaces.exchange.regional.openquake_damages import write_openquake_damages as write_openquake_damages
@@ -125,6 +136,7 @@ from .model.ground_motions.roads.profiles import RandomRoad as RandomRoad, RoadB
 from .model.scene.distributions.closed_form import Lognormal as Lognormal, Normal as Normal, Uniform as Uniform
 from .model.scene.distributions.numerical import Empirical as Empirical, Truncated as Truncated
 from .model.scene.portfolio import Archetype as Archetype, Portfolio as Portfolio
+from .model.scene.recording.floor_spectra import FloorSpectra as FloorSpectra
 from .model.scene.scatter import (
     GivenFactors as GivenFactors,
     GivenValues as GivenValues,

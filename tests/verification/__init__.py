@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from .buildings import PROBLEMS as BUILDINGS
 from .chains import PROBLEMS as CHAINS
+from .contents import PROBLEMS as CONTENTS
 from .devices import PROBLEMS as DEVICES
 from .loops import PROBLEMS as LOOPS
 from .lumped import PROBLEMS as LUMPED
@@ -17,6 +18,7 @@ from .yielding import PROBLEMS as YIELDING
 
 PROBLEMS: tuple[Problem, ...] = (
     *SDOF, *METHODS, *CHAINS, *BUILDINGS, *YIELDING, *DEVICES, *LOOPS, *RANDOM, *RISK, *LUMPED, *LUMPED_DEVICES,
+    *CONTENTS,
 )  # fmt: skip
 
 __all__ = ["PROBLEMS", "Problem", "Verdict", "judge"]
