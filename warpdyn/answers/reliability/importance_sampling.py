@@ -19,6 +19,7 @@ from warpdyn.foundations.core.random_numbers import Purpose
 
 LEAST_SAMPLES = 100
 PILOT_SAMPLES, PILOT_PROBABILITY = 4000, 0.1  # of the subset simulation that finds failing samples
+MOST_VARIABLES = 40  # of a density that fits failing samples; measured up to this number
 FEWEST_FAILURES = 30  # effective number of failing samples below which a standard error is unreliable
 
 
@@ -42,11 +43,13 @@ def importance_sampling(
     Density of the other samples:
 
     - centres given: a mixture of normal densities with unit covariance, with equal shares;
-    - a SceneLimitState: linear events. The drift of the nominal building without yielding is a linear function of the
-      normal variables of the noise; samples are drawn under the condition that this drift exceeds a threshold at one
-      time (Au and Beck 2001). Random parameters are drawn from their distributions;
-    - otherwise, a mixture of normal densities that fits the failing samples of a subset simulation with 1,000 samples
-      per level best (smallest cross entropy).
+    - a SceneLimitState under FilteredNoise: linear events. The drift of a linear building is a linear function of the
+      normal variables of the noise; samples are drawn under the condition that this drift exceeds its threshold at one
+      time (Au and Beck 2001). The coefficient of variation of a sample is then about 1 for any probability. The
+      building must be linear up to the limit and have no random parameters; otherwise use `subset_simulation`;
+    - otherwise, a mixture of normal densities that fits the failing samples of a subset simulation with 4,000 samples
+      per level best (smallest cross entropy), for up to 40 variables. If the subset simulation does not find a part of
+      the failure domain, the estimate lacks most of this part.
 
     Sources: Au and Beck (2001), "First excursion probabilities for linear systems by very efficient importance
     sampling", Probabilistic Engineering Mechanics 16 (linear events); Owen and Zhou (2000), "Safe and effective
@@ -69,8 +72,9 @@ def importance_sampling(
 
     Raises:
         TypeError: If `limit_state` is not a function, or its values are not real numbers.
-        ValueError: If an argument is out of its range, a value is NaN, no sample fails, or the subset simulation finds
-            no failing samples (see its errors).
+        ValueError: If an argument is out of its range, a value is NaN, no sample fails, `centres` is None and the scene
+            is nonlinear or has random parameters under noise, or there are more than 40 variables; or if the subset
+            simulation finds no failing samples (see its errors).
 
     Example:
         >>> def limit_state(normals):  # failure: the sum of ten variables exceeds 13
@@ -138,9 +142,15 @@ def _density_of(
                 f"got {np.shape(centres)}"
             )
         return NormalsAtCentres(points, np.full(len(points), 1 / len(points))), f"{len(points)} given centres"
-    linear_events = getattr(evaluation.limit_state, "linear_events", None)
-    if linear_events is not None:
-        return linear_events()
+    of_scene = getattr(evaluation.limit_state, "linear_events", lambda: None)()
+    if of_scene is not None:
+        return of_scene
+    if evaluation.variables > MOST_VARIABLES:
+        raise ValueError(
+            f"importance_sampling cannot choose a density for {evaluation.variables} variables, only for up to "
+            f"{MOST_VARIABLES}: use subset_simulation, whose error does not depend on the number of variables, or give "
+            "centres="
+        )
     levels = levels_of(evaluation, PILOT_SAMPLES, PILOT_PROBABILITY, seed)
     density = centred_at(levels.failures, generator)
     return density, f"{len(density.centres)} centres that fit {len(levels.failures)} failing samples"

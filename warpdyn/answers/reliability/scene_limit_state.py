@@ -10,6 +10,8 @@ import xarray as xr
 
 from warpdyn.answers.fragility.demands import checked_demand, refuse_failed_samples
 from warpdyn.answers.fragility.stripe_counts import decoded_status
+from warpdyn.answers.reliability.densities import LinearEvents
+from warpdyn.answers.reliability.linear_events import linear_events_of, nonlinearity
 from warpdyn.campaigns.integration.settings import Execution, Integration
 from warpdyn.campaigns.reductions.limits import DRIFT
 from warpdyn.campaigns.running.outputs import Outputs
@@ -20,6 +22,7 @@ from warpdyn.foundations.core.interruption import interruptible
 from warpdyn.foundations.core.messages import each_warning_once
 from warpdyn.foundations.core.near_misses import with_suggestions
 from warpdyn.foundations.core.output_variables import COLLAPSED
+from warpdyn.model.ground_motions.designs import Cloud
 from warpdyn.model.ground_motions.filtered_noise import FilteredNoise
 from warpdyn.model.scene.normal_variables.noise import NoiseOfNormals, variables_of_noise
 from warpdyn.model.scene.normal_variables.structures import StructuresOfNormals
@@ -27,19 +30,23 @@ from warpdyn.model.scene.plausibility import warn_of_implausible
 from warpdyn.model.scene.scatter import RandomScatter
 from warpdyn.model.scene.scene import Scene
 from warpdyn.model.structures.physics import capacities_of, inverse_drift_capacity
+from warpdyn.model.structures.shear_building import ShearBuilding
 
 COLLAPSED_VALUE = -1e-6  # largest value of a collapsed sample, in units of the limit
 FUNCTION = "SceneLimitState"
+DRIFTS = (DRIFT, "peak_storey_drift")  # demands for which linear events are known
+LARGEST_DEVIATION = 0.1  # of a demand from linear response; peaks between nodes are up to a few percent larger
 
 
 @with_suggestions
 class SceneLimitState:
-    """Limit-state function of a scene under FilteredNoise: limit minus demand, negative if a sample exceeds the limit.
+    """Limit-state function of a scene: limit minus demand, negative if a sample exceeds the limit.
 
-    A sample is one structure under one random motion. Its random parameters come first among the standard normal
-    variables, in the order of the scene's scatter; then follow the values of the noise at its nodes. The probability
-    is the one that `exceedance_probability` estimates for `simulate(scene, structures=N)`: motions and parameters have
-    the same distributions. The samples of one call run in one launch of one kernel.
+    A sample is one structure under one random motion (FilteredNoise), or under a given ground motion. Its random
+    parameters come first among the standard normal variables, in the order of the scene's scatter; then follow the
+    values of the noise at its nodes. The probability is the one that `exceedance_probability` estimates for
+    `simulate(scene, structures=N)`: motions and parameters have the same distributions. The samples of one call run in
+    one launch of one kernel.
 
     Times of peaks: a demand is the largest value at integration steps, in the time from `record_from` to the end of
     the run (including `tail`). Peaks between steps do not count. The number of steps in an interval of the noise is the
@@ -47,7 +54,8 @@ class SceneLimitState:
     `step` for more frequent peaks.
 
     Args:
-        scene: A scene of one structure under FilteredNoise, with random parameters or without scatter.
+        scene: A scene of one structure under FilteredNoise, with random parameters or without scatter; or with random
+            parameters under one GroundMotion.
         limit: Limit of the demand [units of the demand]; `math.inf`: only collapse counts, and the value is 1 minus
             the largest ratio of a storey drift to the drift at which the storey collapses.
         demand: Name of the demand. The storey or floor with the largest demand counts. A collapsed sample exceeds every
@@ -59,7 +67,7 @@ class SceneLimitState:
         variables: Number of standard normal variables.
 
     Raises:
-        TypeError: If `scene` is not a Scene of one structure under FilteredNoise.
+        TypeError: If `scene` is not a Scene of one structure under FilteredNoise or one GroundMotion.
         ValueError: If parameters have given values, the limit is not above 0, the recorder of the demand is missing,
             the limit is `math.inf` and the scene has no collapse limit; when it is called, if samples failed or a
             parameter is out of its bounds.
@@ -84,10 +92,17 @@ class SceneLimitState:
         execution: Execution | None = None,
     ) -> None:
         check_kind(FUNCTION, "a Scene", scene, Scene, argument="scene")
-        if scene.structure.is_many or not isinstance(scene.excitation, FilteredNoise):
+        excitation = scene.excitation
+        is_single = isinstance(excitation, Cloud) and len(excitation.motions) == 1
+        if scene.structure.is_many or not (isinstance(excitation, FilteredNoise) or is_single):
             raise TypeError(
                 f"{FUNCTION} needs a scene of one structure under FilteredNoise, whose motions follow from standard "
-                f"normal values, got a {type(scene.structure).__name__} under {type(scene.excitation).__name__}"
+                f"normal values, or under one GroundMotion, got a {type(scene.structure).__name__} under {excitation!r}"
+            )
+        if is_single and not scene.scatter:
+            raise ValueError(
+                f"{FUNCTION}: nothing is random under one ground motion without scatter: give Scene(..., scatter=...), "
+                "or FilteredNoise"
             )
         for name, spread in scene.scatter.items():
             if not isinstance(spread, RandomScatter):
@@ -111,7 +126,8 @@ class SceneLimitState:
         check_kind(FUNCTION, "wd.Execution", self.execution, Execution, argument="execution")
         warn_of_implausible(scene, step=self.integration.step, longest_step=self.integration.longest_step)
         self._structures = StructuresOfNormals(scene.structure, scene.scatter, scene.correlation)
-        self.variables = self._structures.variables + variables_of_noise(scene.excitation)
+        of_noise = variables_of_noise(excitation) if isinstance(excitation, FilteredNoise) else 0
+        self.variables = self._structures.variables + of_noise
         self.last_step = np.nan  # integration step of the last call [s]
         if not is_collapse:
             self(np.zeros((1, self.variables)))  # an unknown demand is refused before any level runs
@@ -144,8 +160,11 @@ class SceneLimitState:
         if values.ndim != 2 or values.shape[1] != self.variables or not len(values):
             raise ValueError(f"normals must have the shape [sample, {self.variables}], got {values.shape}")
         scatter = self._structures.scatter_of(values[:, : self._structures.variables])
-        motions = NoiseOfNormals.of(self.scene.excitation, values[:, self._structures.variables :])  # type: ignore[arg-type] # checked
-        run = without_added_places(self._run(replace(self.scene, excitation=motions, scatter=scatter, correlation={})))
+        scene = replace(self.scene, scatter=scatter, correlation={})
+        if isinstance(scene.excitation, FilteredNoise):
+            motions = NoiseOfNormals.of(scene.excitation, values[:, self._structures.variables :])
+            scene = replace(scene, excitation=motions)
+        run = without_added_places(self._run(scene, len(values)))
         status = decoded_status(run["status"])
         refuse_failed_samples(FUNCTION, status)
         self.last_step = float(np.median(run["integration_step"].values))
@@ -159,12 +178,57 @@ class SceneLimitState:
             found = np.where(status == COLLAPSED, found, np.maximum(found, 0.0))
         return found
 
-    def _run(self, scene: Scene) -> xr.Dataset:
-        """Run a scene with given structures and motions in one launch."""
+    def linear_events(self) -> tuple[LinearEvents, str] | None:
+        """Return the density of importance sampling for noise, and words that describe it; None without noise.
+
+        Raises:
+            ValueError: If parameters are random, the demand is not a storey drift of a ShearBuilding, or the structure
+                is not linear up to the limit.
+        """
+        structure = self.scene.structure
+        if not isinstance(self.scene.excitation, FilteredNoise):
+            return None
+        problem = ""
+        if self.scene.scatter:
+            problem = f"its parameters are random ({', '.join(self.scene.scatter)})"
+        elif not isinstance(structure, ShearBuilding) or (self.limit < np.inf and self.demand not in DRIFTS):
+            problem = f"the demand is {self.demand} of a {type(structure).__name__}"
+        if problem:
+            raise ValueError(
+                f"importance_sampling under FilteredNoise needs a ShearBuilding without scatter and a storey drift as "
+                f"demand, but {problem}: use subset_simulation"
+            )
+        assert isinstance(structure, ShearBuilding)
+        limits = self._drift_limits(structure.parameters, structure.storeys)
+        scene = replace(self.scene, collapse_drift_ratio=None)
+        events = linear_events_of(scene, limits, structure.fundamental_period, self.integration, self.execution)
+        deviation = nonlinearity(events, self, self.limit if self.limit < np.inf else 1.0)
+        if deviation > LARGEST_DEVIATION:
+            raise ValueError(
+                "importance_sampling under FilteredNoise needs a structure that is linear up to the limit, but demands "
+                f"near the limit differ from a linear response by up to {deviation:.0%}, so that the estimate could be "
+                "wrong by orders of magnitude: use subset_simulation"
+            )
+        return events, f"{len(events.distances)} linear events"
+
+    def _drift_limits(self, parameters: dict[str, np.ndarray], storeys: int) -> np.ndarray:
+        """Return the drift of each storey at which a sample fails [m], shape [storey]."""
+        height = parameters["height"]
+        if self.limit < np.inf:
+            return np.broadcast_to(self.limit * (height if self.demand == DRIFT else 1.0), storeys)
+        inverse = np.zeros(storeys)
+        if self.scene.collapse_limit is not None:
+            inverse = inverse + 1 / (self.scene.collapse_limit * height)
+        if self._capacities:
+            inverse = np.maximum(inverse, inverse_drift_capacity(parameters))
+        return 1 / inverse
+
+    def _run(self, scene: Scene, samples: int) -> xr.Dataset:
+        """Run the samples of a scene with given structures and motions in one launch."""
         try:
             with interruptible(), each_warning_once():
                 what = Outputs(keep_inputs=False)
-                return Run(scene, len(scene.excitation.values), self.integration, self.execution, what, 0).result()  # type: ignore[attr-defined]
+                return Run(scene, samples, self.integration, self.execution, what, 0).result()
         except ValueError as error:
             if not self.scene.scatter or "correct its ValuesOfNormals" not in str(error):
                 raise

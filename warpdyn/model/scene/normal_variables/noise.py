@@ -40,13 +40,15 @@ class NoiseOfNormals(FrozenArrays, SingleLoad):
         structures, states = len(normals), process.output.size
         what = f"{structures} motions of {envelope.size} nodes"
         check_memory(what, float(BYTES_OF_A_VALUE) * structures * envelope.size, "reduce samples")
-        drawn = normals.reshape(structures, envelope.size, states)
-        values = np.empty((structures, envelope.size))
-        path = drawn[:, 0] @ process.start.T
-        for node in range(envelope.size):
-            if node:
-                path = path @ process.growth.T + drawn[:, node] @ process.kick.T
-            values[:, node] = envelope[node] * (path @ process.output)
+        # Arrays [node, structure, ...] are contiguous for each node.
+        drawn = normals.reshape(structures, envelope.size, states).transpose(1, 0, 2)
+        path, kicks = drawn[0] @ process.start.T, drawn[1:] @ process.kick.T
+        accelerations = np.empty((envelope.size, structures))
+        accelerations[0] = path @ process.output
+        for node, kick in enumerate(kicks, 1):
+            path = path @ process.growth.T + kick
+            accelerations[node] = path @ process.output
+        values = np.ascontiguousarray((envelope[:, None] * accelerations).T)
         return cls(values, noise.interval)
 
     @property
