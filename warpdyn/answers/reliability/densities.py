@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
-from scipy.cluster.vq import kmeans2
 from scipy.special import log_ndtr, logsumexp, ndtri_exp
 
 # Share of the samples from the standard normal density itself. It bounds the weights by 1 / PLAIN_SHARE, so that the
@@ -132,6 +131,8 @@ def centred_at(failures: np.ndarray, generator: np.random.Generator) -> NormalsA
         failures: Failing samples, shape [failure, variable].
         generator: Source of random numbers.
     """
+    from scipy.cluster.vq import kmeans2  # its import takes 0.5 s
+
     count, variables = failures.shape
     best, best_score = None, -np.inf
     for number in range(1, min(MOST_CENTRES, count) + 1):

@@ -107,9 +107,9 @@ def importance_sampling(
     effective = float(contribution.sum() ** 2 / (contribution**2).sum())
     if effective < FEWEST_FAILURES:
         warn_caller(
-            f"{function}: {int(fails.sum())} samples failed, but only as many as {effective:.0f} of equal weight count, "
-            "so that the interval may be far too narrow: give more samples=, other centres=, or compare with "
-            "subset_simulation"
+            f"{function}: {int(fails.sum())} samples failed, but their weights differ so much that they count as "
+            f"{effective:.0f} samples of equal weight. The interval may be far too narrow: give more samples=, other "
+            "centres=, or compare with subset_simulation"
         )
     return xr.Dataset(
         {
@@ -138,8 +138,8 @@ def _density_of(
         points = np.atleast_2d(finite_numbers("centres", centres))
         if points.ndim != 2 or points.shape[1] != evaluation.variables or not len(points):
             raise ValueError(
-                f"centres must have the shape [centre, {evaluation.variables}], one standard normal value per variable, "
-                f"got {np.shape(centres)}"
+                f"centres must have the shape [centre, {evaluation.variables}], one standard normal value per "
+                f"variable, got {np.shape(centres)}"
             )
         return NormalsAtCentres(points, np.full(len(points), 1 / len(points))), f"{len(points)} given centres"
     of_scene = getattr(evaluation.limit_state, "linear_events", lambda: None)()

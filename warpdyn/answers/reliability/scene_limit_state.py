@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -211,7 +212,7 @@ class SceneLimitState:
             )
         return events, f"{len(events.distances)} linear events"
 
-    def _drift_limits(self, parameters: dict[str, np.ndarray], storeys: int) -> np.ndarray:
+    def _drift_limits(self, parameters: Mapping[str, np.ndarray], storeys: int) -> np.ndarray:
         """Return the drift of each storey at which a sample fails [m], shape [storey]."""
         height = parameters["height"]
         if self.limit < np.inf:
@@ -233,8 +234,8 @@ class SceneLimitState:
             if not self.scene.scatter or "correct its ValuesOfNormals" not in str(error):
                 raise
             raise ValueError(
-                f"{FUNCTION}: {str(error).split('; correct its')[0]}. Rare events need the tails of distributions: give "
-                "a distribution within the bounds, such as Lognormal or Truncated(Normal(...), low=...)"
+                f"{FUNCTION}: {str(error).split('; correct its')[0]}. Rare events need the tails of distributions: "
+                "give a distribution within the bounds, such as Lognormal or Truncated(Normal(...), low=...)"
             ) from None
 
     def _progress(self, run: xr.Dataset, drawn: dict[str, np.ndarray]) -> np.ndarray:

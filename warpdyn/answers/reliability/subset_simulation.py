@@ -7,10 +7,11 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
+from numpy.typing import ArrayLike
 
 from warpdyn.answers.fragility.curve_variables import variable
 from warpdyn.answers.fragility.lognormal_fit import check_confidence
-from warpdyn.answers.reliability.chains import Population, first_population, next_population
+from warpdyn.answers.reliability.chains import first_population, next_population
 from warpdyn.answers.reliability.evaluation import Evaluation, LimitState
 from warpdyn.answers.reliability.intervals import probability_variables
 from warpdyn.answers.reliability.variance import AncestralVariance
@@ -210,8 +211,8 @@ def _check_first(function: str, values: np.ndarray) -> None:
     """Raise a ValueError if all samples of the first level fail, or have the same value."""
     if (values < 0).all():
         raise ValueError(
-            f"{function}: limit_state is negative for all {values.size} samples, so that all of them fail: its sign may "
-            "be wrong; it must be negative only if a sample fails, such as capacity - demand"
+            f"{function}: limit_state is negative for all {values.size} samples, so that all of them fail: its sign "
+            "may be wrong; it must be negative only if a sample fails, such as capacity - demand"
         )
     if values.min() == values.max():
         raise ValueError(
@@ -240,7 +241,7 @@ def _warn_of_stuck_chains(function: str, levels: list[Level]) -> None:
 def _level_variables(levels: list[Level]) -> dict[str, Any]:
     """Return the variables of all levels."""
     conditional = np.array([each.probability for each in levels])
-    rows = {
+    rows: dict[str, tuple[ArrayLike, str]] = {
         "threshold": ([each.threshold for each in levels], "value of the limit-state function at the end of the level"),
         "exceedance_probability": (np.cumprod(conditional), "probability of a value below the threshold"),
         "conditional_probability": (conditional, "probability of a value below the threshold within the level"),

@@ -71,9 +71,7 @@ class NoiseOfNormals(FrozenArrays, SingleLoad):
         count, nodes = self.values.shape
         substeps = substeps_of(self.interval, step, target, THE_NOISE)
         shared: Any = self  # the values of all motions
-        return Timeline(
-            (shared,), np.full(count, self.interval), np.full(count, substeps), np.full(count, nodes - 1)
-        )
+        return Timeline((shared,), np.full(count, self.interval), np.full(count, substeps), np.full(count, nodes - 1))
 
     def pack_values(self, timeline: Timeline) -> dict[str, np.ndarray]:
         """Return the values of all motions in one array, and the index of the first value of each motion."""

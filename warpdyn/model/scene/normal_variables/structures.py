@@ -65,9 +65,7 @@ class StructuresOfNormals:
         correlation: Correlation of pairs of parameters.
     """
 
-    def __init__(
-        self, structure: Structure, scatter: Scatter, correlation: Mapping[tuple[str, str], float]
-    ) -> None:
+    def __init__(self, structure: Structure, scatter: Scatter, correlation: Mapping[tuple[str, str], float]) -> None:
         self.structure, self.scatter = structure, scatter
         _, self._factor = correlation_factor(structure, scatter, correlation)
         both = np.broadcast_to([0.0, 1.0], (self.variables, 2))
