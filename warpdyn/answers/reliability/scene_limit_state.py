@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
@@ -20,7 +21,7 @@ from warpdyn.campaigns.running.run import Run
 from warpdyn.campaigns.running.selections import without_added_places
 from warpdyn.foundations.core.checks import check_kind, finite_numbers, real_number
 from warpdyn.foundations.core.interruption import interruptible
-from warpdyn.foundations.core.messages import each_warning_once
+from warpdyn.foundations.core.messages import collected_warnings, warn_caller
 from warpdyn.foundations.core.near_misses import with_suggestions
 from warpdyn.foundations.core.output_variables import COLLAPSED
 from warpdyn.model.ground_motions.designs import Cloud
@@ -35,6 +36,7 @@ from warpdyn.model.structures.shear_building import ShearBuilding
 
 COLLAPSED_VALUE = -1e-6  # largest value of a collapsed sample, in units of the limit
 FUNCTION = "SceneLimitState"
+NUMBER = re.compile(r"[\d.,]+")  # of a warning
 DRIFTS = (DRIFT, "peak_storey_drift")  # demands for which linear events are known
 LARGEST_DEVIATION = 0.1  # of a demand from linear response; peaks between nodes are up to a few percent larger
 
@@ -129,6 +131,7 @@ class SceneLimitState:
         self._structures = StructuresOfNormals(scene.structure, scene.scatter, scene.correlation)
         of_noise = variables_of_noise(excitation) if isinstance(excitation, FilteredNoise) else 0
         self.variables = self._structures.variables + of_noise
+        self._given: set[str] = set()  # texts of warnings, without numbers
         self.last_step = np.nan  # integration step of the last call [s]
         if not is_collapse:
             self(np.zeros((1, self.variables)))  # an unknown demand is refused before any level runs
@@ -227,9 +230,9 @@ class SceneLimitState:
     def _run(self, scene: Scene, samples: int) -> xr.Dataset:
         """Run the samples of a scene with given structures and motions in one launch."""
         try:
-            with interruptible(), each_warning_once():
+            with interruptible(), collected_warnings() as found:
                 what = Outputs(keep_inputs=False)
-                return Run(scene, samples, self.integration, self.execution, what, 0).result()
+                run = Run(scene, samples, self.integration, self.execution, what, 0).result()
         except ValueError as error:
             if not self.scene.scatter or "correct its ValuesOfNormals" not in str(error):
                 raise
@@ -237,6 +240,13 @@ class SceneLimitState:
                 f"{FUNCTION}: {str(error).split('; correct its')[0]}. Rare events need the tails of distributions: "
                 "give a distribution within the bounds, such as Lognormal or Truncated(Normal(...), low=...)"
             ) from None
+        for message, category in found:
+            if (
+                text := NUMBER.sub("", message)
+            ) not in self._given:  # each call may warn of the same with other numbers
+                self._given.add(text)
+                warn_caller(message, category)
+        return run
 
     def _progress(self, run: xr.Dataset, drawn: dict[str, np.ndarray]) -> np.ndarray:
         """Return the largest ratio of a storey drift to the drift at which the storey collapses, shape [sample]."""
