@@ -14,6 +14,7 @@ from warpdyn.answers.fragility.demands import checked_demand, refuse_failed_samp
 from warpdyn.answers.fragility.stripe_counts import decoded_status
 from warpdyn.answers.reliability.densities import LinearEvents
 from warpdyn.answers.reliability.linear_events import linear_events_of, nonlinearity
+from warpdyn.answers.risk.exceedance_probability import times_of_peaks
 from warpdyn.campaigns.integration.settings import Execution, Integration
 from warpdyn.campaigns.reductions.limits import DRIFT
 from warpdyn.campaigns.running.outputs import Outputs
@@ -51,8 +52,8 @@ class SceneLimitState:
     `simulate(scene, structures=N)`: motions and parameters have the same distributions. The samples of one call run in
     one launch of one kernel.
 
-    Times of peaks: a demand is the largest value at integration steps, in the time from `record_from` to the end of
-    the run (including `tail`). Peaks between steps do not count. The number of steps in an interval of the noise is the
+    Times of peaks: a demand is the largest value at the ends of integration steps, in the time from `record_from` to the
+    end of the run (including `tail`). Values between steps do not count. The number of steps in an interval of the noise is the
     same for all calls, except that samples with short periods have more steps. Give `integration` with a shorter
     `step` for more frequent peaks.
 
@@ -132,7 +133,7 @@ class SceneLimitState:
         of_noise = variables_of_noise(excitation) if isinstance(excitation, FilteredNoise) else 0
         self.variables = self._structures.variables + of_noise
         self._given: set[str] = set()  # texts of warnings, without numbers
-        self.last_step = np.nan  # integration step of the last call [s]
+        self._peaks_recorded = ""  # of the last call
         if not is_collapse:
             self(np.zeros((1, self.variables)))  # an unknown demand is refused before any level runs
 
@@ -146,7 +147,7 @@ class SceneLimitState:
         return {
             "demand": "collapse" if self.limit == np.inf else self.demand,
             "limit": float(self.limit),
-            "peaks_recorded": f"at integration steps, each {self.last_step:g} s",
+            "peaks_recorded": self._peaks_recorded,
             "record_from": self.scene.record_from,
             "scene": self.scene.to_json(),
         }
@@ -171,7 +172,7 @@ class SceneLimitState:
         run = without_added_places(self._run(scene, len(values)))
         status = decoded_status(run["status"])
         refuse_failed_samples(FUNCTION, status)
-        self.last_step = float(np.median(run["integration_step"].values))
+        self._peaks_recorded = times_of_peaks(run)
         if self.limit == np.inf:
             margin, scale = 1.0 - self._progress(run, {name: each.values for name, each in scatter.items()}), 1.0
         else:
