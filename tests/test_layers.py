@@ -21,7 +21,7 @@ LAYERS = {
     "engine": ("tracing", "methods", "device", "laws", "kernels"),
     "model": ("structures", "ground_motions", "scene", "inventories", "sites"),
     "campaigns": ("integration", "accuracy", "preparation", "portfolio", "reductions", "incremental", "running"),
-    "answers": ("fragility", "risk", "sensitivity"),
+    "answers": ("fragility", "risk", "sensitivity", "reliability"),
     "interfaces": ("exchange", "plots", "reports", "command_line"),
 }
 PACKAGES = [f"{layer}.{package}" for layer, packages in LAYERS.items() for package in packages]

@@ -20,6 +20,9 @@ from .answers.fragility.fragility_curves import fragility as fragility
 from .answers.fragility.posterior import fragility_posterior as fragility_posterior
 from .answers.fragility.sample_size.level_choice import levels_for as levels_for
 from .answers.fragility.sample_size.target_precision import fragility_to as fragility_to
+from .answers.reliability.importance_sampling import importance_sampling as importance_sampling
+from .answers.reliability.scene_limit_state import SceneLimitState as SceneLimitState
+from .answers.reliability.subset_simulation import subset_simulation as subset_simulation
 from .answers.risk.annual_rates import annual_rates as annual_rates
 from .answers.risk.buildings.annual_losses import building_annual_losses as building_annual_losses
 from .answers.risk.collapse_margin import (
