@@ -39,6 +39,9 @@ from .answers.sensitivity.tornado import tornado as tornado
 from .campaigns.accuracy.method_choice import MethodChoice as MethodChoice
 from .campaigns.accuracy.pilot import plan as plan
 from .campaigns.incremental.capacities import capacities as capacities
+from .campaigns.inference.calibrate import calibrate as calibrate, sample_posterior as sample_posterior
+from .campaigns.inference.measured import MeasuredLoop as MeasuredLoop, MeasuredResponse as MeasuredResponse
+from .campaigns.inference.posterior import compare_evidence as compare_evidence, posterior_scatter as posterior_scatter
 from .campaigns.integration.settings import Execution as Execution, Integration as Integration
 from .campaigns.reductions.damage.counts import DamageCounts as DamageCounts
 from .campaigns.reductions.damage.losses import DamageLoss as DamageLoss
