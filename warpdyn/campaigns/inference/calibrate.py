@@ -73,7 +73,8 @@ def calibrate(
         candidates: Number of candidates, at least 100 and 20 per variable. The Monte Carlo error decreases with its
             square root.
         seed: Seed of every random draw.
-        integration: How histories are integrated; None: the defaults of `simulate`.
+        integration: How histories are integrated; its step must divide the sampling step of the sensors. None: RK4 with
+            at least 20 steps in the shortest period of the structure.
         execution: Where candidates are computed; None: the defaults of `simulate`.
 
     Returns:
@@ -100,8 +101,9 @@ def calibrate(
         >>> bool(abs(posterior["yield_force"].mean() / 2e5 - 1) < 0.02)
         True
     """
-    how, where = integration or Integration(), execution or Execution()
-    check_kind("calibrate", "wd.Integration", how, Integration, argument="integration")
+    where = execution or Execution()
+    if integration is not None:
+        check_kind("calibrate", "wd.Integration", integration, Integration, argument="integration")
     check_kind("calibrate", "wd.Execution", where, Execution, argument="execution")
     check_kind(
         "calibrate",
@@ -115,7 +117,7 @@ def calibrate(
     if isinstance(measured, MeasuredResponse):
         scene = calibrated_scene(model, priors)
         prior = Prior(scene.structure, scene.scatter, scene.correlation)
-        misfit = ResponseMisfit(scene, prior, measured, where, how)
+        misfit = ResponseMisfit(scene, prior, measured, where, integration)
     else:
         storey, scatter = calibrated_storey(model, priors)
         prior = Prior(storey, scatter, {})
@@ -265,7 +267,9 @@ def posterior_dataset(
         "remaining_correlation": (found.forgotten, "largest correlation of start and end of the Markov chains"),
     }
     columns = columns_of(variables)
-    slow = [stage for stage, sweeps in enumerate(found.sweeps) if sweeps >= MOST_SWEEPS and found.forgotten[stage] > 0.5]
+    slow = [
+        stage for stage, sweeps in enumerate(found.sweeps) if sweeps >= MOST_SWEEPS and found.forgotten[stage] > 0.5
+    ]
     if slow:
         warn_caller(
             f"{function}: in stage {slow[0] + 1} of {len(found.sweeps)} the candidates moved slowly (correlation "
@@ -282,11 +286,23 @@ def posterior_dataset(
         {
             **variables,
             "weight": ("sample", weights, {"units": "1", "long_name": "weight of the sample; the sum is 1"}),
-            "log_likelihood": ("sample", found.log_likelihood, {"units": "1", "long_name": "logarithm of the likelihood"}),
+            "log_likelihood": (
+                "sample",
+                found.log_likelihood,
+                {"units": "1", "long_name": "logarithm of the likelihood"},
+            ),
             "log_evidence": ((), found.log_evidence, {"units": "1", "long_name": "logarithm of the evidence"}),
             "log_evidence_standard_error": ((), error, {"units": "1", "long_name": "Monte Carlo standard error"}),
-            "allowed_prior_share": ((), found.allowed_share, {"units": "1", "long_name": "share of possible candidates"}),
-            "likelihood_evaluations": ((), found.evaluations, {"units": "1", "long_name": "number of computed candidates"}),
+            "allowed_prior_share": (
+                (),
+                found.allowed_share,
+                {"units": "1", "long_name": "share of possible candidates"},
+            ),
+            "likelihood_evaluations": (
+                (),
+                found.evaluations,
+                {"units": "1", "long_name": "number of computed candidates"},
+            ),
             **{
                 name: ("stage", np.asarray(each), {"units": "1", "long_name": words})
                 for name, (each, words) in of_stages.items()

@@ -90,12 +90,10 @@ class LoopMisfit:
         device, loop = self.devices[0], self.loop
         velocity = np.zeros_like(loop.drift) if loop.velocity is None else loop.velocity
         rows = coefficients, longest, damper, loop.drift, velocity, loop.force
-        given = [wp.array(np.ascontiguousarray(each), dtype=wp.float64, device=device) for each in rows]
+        given: list[wp.array] = [wp.array(np.ascontiguousarray(each), dtype=wp.float64, device=device) for each in rows]
         results = [wp.full(longest.size, np.nan, dtype=wp.float64, device=device) for _ in range(3)]
         inputs = [*given, loop.first]
-        wp.launch(
-            kernel, dim=longest.size, inputs=inputs, outputs=results, device=device, block_dim=block_size(device)
-        )
+        wp.launch(kernel, dim=longest.size, inputs=inputs, outputs=results, device=device, block_dim=block_size(device))
         return np.stack([result.numpy() for result in results])
 
     def _longest_steps(self, p: Values) -> np.ndarray:

@@ -29,7 +29,8 @@ def _row(name: str, values: ArrayLike, units: str) -> np.ndarray:
 def _check_first(first: int, count: int) -> int:
     if (number := whole_number("first", first, 0)) > count - FEWEST_POINTS:
         raise ValueError(
-            f"first is {number}, but the measurement has {count} points, so that fewer than {FEWEST_POINTS} would count: "
+            f"first is {number}, but the measurement has {count} points, so that fewer than {FEWEST_POINTS} would "
+            "count: "
             "give a smaller first"
         )
     return number
@@ -73,7 +74,8 @@ class MeasuredLoop(FrozenArrays):
         for name, values in rows.items():
             if values.size != drift.size:
                 raise ValueError(
-                    f"MeasuredLoop.{name} has {values.size} values and drift has {drift.size}: give one {name} per drift"
+                    f"MeasuredLoop.{name} has {values.size} values and drift has {drift.size}: give one {name} per "
+                    "drift"
                 )
         for name, values in {"drift": drift, "force": force}.items():
             if np.ptp(values) == 0:
@@ -133,7 +135,8 @@ class MeasuredResponse(FrozenArrays):
         values = values[:, None] if values.ndim == 1 else values
         if values.ndim != 2 or len(values) < FEWEST_POINTS or not values.shape[1]:
             raise ValueError(
-                f"MeasuredResponse.values must have shape [time, sensor] with at least {FEWEST_POINTS} times, got shape "
+                f"MeasuredResponse.values must have shape [time, sensor] with at least {FEWEST_POINTS} times, got "
+                "shape "
                 f"{np.shape(self.values)}"
             )
         sensors = values.shape[1]

@@ -62,7 +62,8 @@ def calibrated_storey(model: object, priors: Mapping[str, Any] | None) -> tuple[
     if isinstance(model, ShearBuilding):
         if fixed:
             raise ValueError(
-                f"calibrate: {', '.join(fixed)} has a number as its prior, but the ShearBuilding has the fixed values: give "
+                f"calibrate: {', '.join(fixed)} has a number as its prior, but the ShearBuilding has the fixed "
+                "values: give "
                 "the number to the building"
             )
         return model, {name: RandomValue(each) for name, each in random.items()}
@@ -72,7 +73,8 @@ def calibrated_storey(model: object, priors: Mapping[str, Any] | None) -> tuple[
         if name not in known:
             hint = did_you_mean(name, names_of(law.parameters) | {STIFFNESS: STIFFNESS})
             raise ValueError(
-                f"calibrate: the law {law.name!r} has no parameter {name!r}{hint}; its parameters are {', '.join(known)}"
+                f"calibrate: the law {law.name!r} has no parameter {name!r}{hint}; its parameters are "
+                f"{', '.join(known)}"
             )
     values: dict[str, Any] = {**model.values()} if isinstance(model, Law) else {}
     values |= {name: real_number(f"priors[{name!r}]", each) for name, each in fixed.items()}
@@ -80,7 +82,8 @@ def calibrated_storey(model: object, priors: Mapping[str, Any] | None) -> tuple[
     needed = [STIFFNESS, *(n for n, each in law.parameters.items() if each.default is None and not each.optional)]
     if missing := [name for name in needed if name not in values]:
         raise ValueError(
-            f"calibrate: {' and '.join(missing)} of the law {law.name!r} {'is' if len(missing) == 1 else 'are'} missing: "
+            f"calibrate: {' and '.join(missing)} of the law {law.name!r} {'is' if len(missing) == 1 else 'are'} "
+            "missing: "
             f"give a prior or a number, such as priors={{{missing[0]!r}: wd.Lognormal(median, dispersion), ...}}"
         )
     storey = ShearBuilding(MASS, values.pop(STIFFNESS), HEIGHT, law=law, **values)

@@ -20,7 +20,9 @@ QUANTILES = (0.05, 0.5, 0.95)
 RELEVANT = 3.0  # difference of log evidences in standard errors, above which the order of models is certain
 
 
-def summarised(columns: Mapping[str, np.ndarray], weights: np.ndarray, ancestors: np.ndarray | None) -> dict[str, tuple]:
+def summarised(
+    columns: Mapping[str, np.ndarray], weights: np.ndarray, ancestors: np.ndarray | None
+) -> dict[str, tuple]:
     """Return variables with mean, standard deviation, Monte Carlo error and quantiles of parameters.
 
     Args:
@@ -34,7 +36,9 @@ def summarised(columns: Mapping[str, np.ndarray], weights: np.ndarray, ancestors
     order = np.argsort(values, axis=0)
     sums = np.cumsum(weights[order], axis=0)
     places = [np.minimum((sums < level).sum(axis=0), len(values) - 1) for level in QUANTILES]
-    quantiles = np.stack([values[order[place, np.arange(values.shape[1])], np.arange(values.shape[1])] for place in places])
+    quantiles = np.stack(
+        [values[order[place, np.arange(values.shape[1])], np.arange(values.shape[1])] for place in places]
+    )
     found: dict[str, tuple] = {
         "posterior_mean": ("parameter", mean, {"long_name": "posterior mean, in the units of the parameter"}),
         "posterior_standard_deviation": (
@@ -175,7 +179,11 @@ def compare_evidence(posteriors: Mapping[str, xr.Dataset]) -> xr.Dataset:
         {
             "log_evidence": ("model", evidence, {"units": "1", "long_name": "logarithm of the evidence"}),
             "log_evidence_standard_error": ("model", error, {"units": "1", "long_name": "Monte Carlo standard error"}),
-            "log_bayes_factor": ("model", factor, {"units": "1", "long_name": "logarithm of the Bayes factor to the best"}),
+            "log_bayes_factor": (
+                "model",
+                factor,
+                {"units": "1", "long_name": "logarithm of the Bayes factor to the best"},
+            ),
             "log_bayes_factor_standard_error": (
                 "model",
                 of_factor,
@@ -186,4 +194,3 @@ def compare_evidence(posteriors: Mapping[str, xr.Dataset]) -> xr.Dataset:
         coords={"model": ("model", np.array(list(posteriors))[order], {"long_name": "model"})},
         attrs=trace("models compared by their evidence", "compare_evidence"),
     )
-

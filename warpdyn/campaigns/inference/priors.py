@@ -60,7 +60,8 @@ class Prior:
             factors = nominal[~np.isnan(nominal)] if isinstance(spread, RandomFactor) else np.ones(1)
             if isinstance(spread, RandomFactor) and not np.all(factors):
                 raise ValueError(
-                    f"calibrate: the nominal {name} is 0, which a RandomFactor does not change: give a RandomValue, or a "
+                    f"calibrate: the nominal {name} is 0, which a RandomFactor does not change: give a RandomValue, "
+                    "or a "
                     f"nominal {name} other than 0"
                 )
             for factor in np.unique(factors):
@@ -145,6 +146,7 @@ def check_bounds(name: str, prior: Distribution, parameter: Parameter, factor: f
         return
     limits = f"low={low:g}" if below > above else f"high={high:g}"
     raise ValueError(
-        f"the prior of {name}, {prior!r}, is outside of the bounds of {name} ({parameter.allowed}) with a probability of "
+        f"the prior of {name}, {prior!r}, is outside of the bounds of {name} ({parameter.allowed}) with a "
+        "probability of "
         f"{below + above:.2g}: give another prior, such as wd.Truncated({prior!r}, {limits})"
     )

@@ -21,6 +21,7 @@ from warpdyn.model.scene.scene import Scene
 
 MOST_HALVINGS = 4  # of the steps of a candidate whose integration fails; then it counts as impossible
 BYTES_OF_A_VALUE = 24  # of a history, as in `running/histories`
+STEPS_OF_SHORTEST, MOST_STEPS_OF_LONGEST = 20, 400  # integration steps in the shortest and the longest period
 SHARE_OF_MEMORY = 0.25  # of the free memory that the histories of one block may take
 
 
@@ -32,7 +33,8 @@ class ResponseMisfit:
         prior: Prior of its parameters.
         measured: The measured histories.
         execution: Devices and threads.
-        integration: How samples are integrated.
+        integration: How samples are integrated; None: RK4 with a step of at most 1/20 of the shortest period, since
+            phases count, unlike in runs for peaks.
 
     Raises:
         ValueError: If a sensor is on a floor that the structure does not have, the scene has several samples per
@@ -40,12 +42,18 @@ class ResponseMisfit:
     """
 
     def __init__(
-        self, scene: Scene, prior: Prior, measured: MeasuredResponse, execution: Execution, integration: Integration
+        self,
+        scene: Scene,
+        prior: Prior,
+        measured: MeasuredResponse,
+        execution: Execution,
+        integration: Integration | None,
     ) -> None:
         check_sensors(scene, measured)
         self.prior, self.measured = prior, measured
-        self.execution, self.integration = execution.on_first(), integration
-        self.scene = replace(scene, **_covering(scene, measured), recorders=(), correlation={})
+        self.execution = execution.on_first()
+        self.scene = replace(scene, tail=_covering(scene, measured), recorders=(), correlation={})
+        self.integration = integration or Integration(step=accurate_step(scene, measured))
         self.count = len(measured.values) - measured.first
 
     def __call__(self, values: Values) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -63,9 +71,7 @@ class ResponseMisfit:
             part = histories[:, self.measured.first : times]
             difference = self.measured.values[None, self.measured.first :] - part
             with np.errstate(invalid="ignore", over="ignore"):
-                found.append(
-                    (difference.sum(axis=1), np.square(difference).sum(axis=1), np.abs(part).max(axis=(1, 2)))
-                )
+                found.append((difference.sum(axis=1), np.square(difference).sum(axis=1), np.abs(part).max(axis=(1, 2))))
         sums, squares, peaks = (np.concatenate(each) for each in zip(*found, strict=True))
         return sums, squares, peaks
 
@@ -91,10 +97,27 @@ class ResponseMisfit:
 
     def _integrated(self, ensemble: Ensemble, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the histories of some candidates, and the places in `rows` of those whose integration failed."""
+        ratio = self.measured.step / ensemble.schedule.step
+        if np.any(np.abs(ratio - np.round(ratio)) > 1e-6 * ratio):
+            raise ValueError(
+                f"the integration step {ensemble.schedule.step.max():.6g} s does not divide the sampling step of the "
+                f"sensors, {self.measured.step:g} s: give integration=wd.Integration(step={self.measured.step / 4:g})"
+            )
         _, histories, status = ensemble.histories_and_status(rows.tolist(), 1, self.measured.step)
         return histories[self.measured.quantity][:, : len(self.measured.values), self.measured.places], np.flatnonzero(
             status >= DIVERGED
         )
+
+
+def accurate_step(scene: Scene, measured: MeasuredResponse) -> float:
+    """Return a step [s] that divides the steps of motion and sensors, and keeps the phases of all modes."""
+    motions = getattr(scene.excitation, "motions", ())
+    given = motions[0].step if motions else measured.step
+    modal = getattr(scene.structure, "modal", None)
+    periods = np.asarray(modal()["period"]) if modal is not None else np.array([np.inf])
+    periods = periods[np.isfinite(periods) & (periods > 0)]
+    longest = max(periods.min() / STEPS_OF_SHORTEST, periods.max() / MOST_STEPS_OF_LONGEST) if periods.size else given
+    return float(given / max(1, np.ceil(given / longest * (1 - 1e-9))))
 
 
 def check_sensors(scene: Scene, measured: MeasuredResponse) -> None:
@@ -114,8 +137,8 @@ def check_sensors(scene: Scene, measured: MeasuredResponse) -> None:
             )
 
 
-def _covering(scene: Scene, measured: MeasuredResponse) -> dict[str, float]:
-    """Return the tail of a scene that lasts as long as the measurement, as {"tail": tail [s]}.
+def _covering(scene: Scene, measured: MeasuredResponse) -> float | None:
+    """Return the tail [s] of a scene that lasts as long as the measurement; None: its load has no tail.
 
     Raises:
         ValueError: If the sampling step of the measurement is not a multiple of that of the motion, or the load ends
@@ -136,7 +159,8 @@ def _covering(scene: Scene, measured: MeasuredResponse) -> dict[str, float]:
         length = excitation.duration  # type: ignore[attr-defined] # of loads that are formulas
     if lasting > length * (1 + 1e-9) and not excitation.has_tail:
         raise ValueError(
-            f"the measurement lasts {lasting:g} s, but the load ends at {length:g} s: give a load that lasts as long, or "
+            f"the measurement lasts {lasting:g} s, but the load ends at {length:g} s: give a load that lasts as "
+            "long, or "
             "fewer values"
         )
-    return {"tail": max(0.0, lasting - length + measured.step)} if excitation.has_tail else {}
+    return max(0.0, lasting - length + measured.step) if excitation.has_tail else None

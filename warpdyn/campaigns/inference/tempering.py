@@ -1,9 +1,9 @@
 """Tempered sequential Monte Carlo: samples of a posterior distribution, and the evidence of the model.
 
 Samples are moved from the prior to the posterior through targets prior x likelihood^p, with p from 0 to 1 (transitional
-Markov chain Monte Carlo: Ching and Chen 2007, Journal of Engineering Mechanics 133). The next p makes the coefficient of
-variation of the weights 1. The evidence is the product of the mean weights. All samples are candidates of one call of
-the likelihood, so that a step of all Markov chains is one launch.
+Markov chain Monte Carlo: Ching and Chen 2007, Journal of Engineering Mechanics 133). The next p makes the coefficient
+of variation of the weights 1. The evidence is the product of the mean weights. All samples are candidates of one call
+of the likelihood, so that a step of all Markov chains is one launch.
 
 The variables are standard normal under the prior; priors map them to parameters. Differences from Ching and Chen: the
 weights of the proposal's covariance are normalised; every resampled sample has its own Markov chain; two kinds of
@@ -78,7 +78,9 @@ class Proposals:
         self.random = random
         self.scale = 2.38 / np.sqrt(dimension)
         self.share = 0.9
-        self.mean, self.factor, self.inverse = np.zeros(dimension), np.eye(dimension), np.eye(dimension)
+        self.mean: np.ndarray = np.zeros(dimension)
+        self.factor: np.ndarray = np.eye(dimension)
+        self.inverse: np.ndarray = np.eye(dimension)
 
     def fit(self, normals: np.ndarray, weights: np.ndarray) -> None:
         """Set mean and covariance to those of samples [sample, variable] with weights of sum 1."""
@@ -145,7 +147,7 @@ def temper(log_likelihood: LogLikelihood, dimension: int, count: int, random: np
 
 
 def next_exponent(log_likelihood: np.ndarray, exponent: float) -> float:
-    """Return the next p, at most 1, whose weights likelihood^(p - exponent) have the coefficient of variation VARIATION."""
+    """Return the next p, at most 1: the weights likelihood^(p - exponent) have the variation VARIATION."""
     above = log_likelihood - log_likelihood.max()
 
     def variation(p: float) -> float:
@@ -188,9 +190,7 @@ def _stage(
     found.forgotten.append(remaining)
 
 
-def _sweep(
-    found: Tempered, exponent: float, proposals: Proposals, kind: str, log_likelihood: LogLikelihood
-) -> float:
+def _sweep(found: Tempered, exponent: float, proposals: Proposals, kind: str, log_likelihood: LogLikelihood) -> float:
     """Make one Metropolis step of every sample; return the share of accepted proposals."""
     proposed, correction = proposals.propose(found.normals, kind)
     likelihood = log_likelihood(proposed)
