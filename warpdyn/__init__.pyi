@@ -40,6 +40,8 @@ from .campaigns.accuracy.method_choice import MethodChoice as MethodChoice
 from .campaigns.accuracy.pilot import plan as plan
 from .campaigns.incremental.capacities import capacities as capacities
 from .campaigns.integration.settings import Execution as Execution, Integration as Integration
+from .campaigns.live import packets as packets
+from .campaigns.live.live import Live as Live
 from .campaigns.reductions.damage.counts import DamageCounts as DamageCounts
 from .campaigns.reductions.damage.losses import DamageLoss as DamageLoss
 from .campaigns.reductions.demand_histogram import DemandHistogram as DemandHistogram

@@ -11,6 +11,7 @@ import warp as wp
 
 from warpdyn.campaigns.integration.dynamics import Arrays
 from warpdyn.campaigns.integration.ensemble import Ensemble
+from warpdyn.campaigns.integration.time_grid import Schedule
 from warpdyn.engine.kernels import arguments
 from warpdyn.engine.kernels.auxiliary.interpolation import interpolated
 from warpdyn.engine.kernels.build import pausing_of
@@ -115,25 +116,23 @@ class PausedEnsemble:
         self._launch(values, self.most_intervals, self.most_intervals, self._ignored, count)
         self.intervals += count
 
-    def outputs(self, values: np.ndarray, motion: int, run: int | np.ndarray) -> Arrays:
+    def outputs(self, values: np.ndarray, motion: int, schedule: Schedule | None = None) -> Arrays:
         """Integrate the rest of a run, and return all its outputs by name, shape [sample, ...]; no state changes.
 
         Args:
             values: Accelerations [m/s2] from the last integrated sample to the last sample, shape [time, component].
             motion: Number of intervals of the whole motion.
-            run: Number of intervals of the motion and of the free vibration after it: one number, or shape [sample].
+            schedule: Durations of the samples with the free vibration after the motion, and of the average that gives
+                the residual drift; None: the run ends with the motion.
         """
         rows = self.ensemble.model.blank_outputs(self.ensemble.size)
-        self.fill(rows, values, motion, run)
-        return rows
-
-    def fill(self, rows: Arrays, values: np.ndarray, motion: int, run: int | np.ndarray) -> None:
-        """Write the outputs of `outputs` to arrays by name, shape [sample, ...]; further arguments: see `outputs`."""
-        rows = {name: rows[name] for name in self.ensemble.model.shapes}
         output = self.queue.blank(rows, self.dtype)
-        self._launch(values, motion, run, output, None)
+        if schedule is not None:
+            self.groups[0].inputs[1].residual_steps.assign(schedule.residual_steps.astype(np.int32))
+        self._launch(values, motion, motion if schedule is None else schedule.run_intervals, output, None)
         self.queue.start_reading(output, {name: array.shape for name, array in rows.items()})
         self.queue.read_into(rows)
+        return rows
 
     def states(self) -> Arrays:
         """Return the values that live between two intervals, by the name of the kernel's variable.
