@@ -42,6 +42,7 @@ from .campaigns.incremental.capacities import capacities as capacities
 from .campaigns.integration.settings import Execution as Execution, Integration as Integration
 from .campaigns.live import packets as packets
 from .campaigns.live.live import Live as Live
+from .campaigns.live.saved_state import load_state as load_state, save_state as save_state
 from .campaigns.reductions.damage.counts import DamageCounts as DamageCounts
 from .campaigns.reductions.damage.losses import DamageLoss as DamageLoss
 from .campaigns.reductions.demand_histogram import DemandHistogram as DemandHistogram

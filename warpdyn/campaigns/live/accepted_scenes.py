@@ -20,8 +20,8 @@ def check_scene(scene: Scene) -> None:
     design = scene.excitation
     if isinstance(scene.structure, Portfolio):
         raise ValueError(
-            "Live takes a scene of one structure, got a Portfolio: make a Live for each archetype, and push each packet "
-            "to all of them"
+            "Live takes a scene of one structure, got a Portfolio: make a Live for each archetype, and push each "
+            "packet to all of them"
         )
     if not isinstance(design, Cloud | OneMotionPerStructure):
         raise ValueError(

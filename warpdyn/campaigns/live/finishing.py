@@ -1,9 +1,10 @@
-"""The end of a live motion: the run of `simulate` for the whole record, with the histories that are integrated already."""
+"""The end of a live motion: the run of `simulate` for the whole record, whose histories are integrated already."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Collection
 from dataclasses import dataclass, fields, replace
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -20,6 +21,7 @@ from warpdyn.campaigns.running.regions.workers import Here
 from warpdyn.campaigns.running.run import Run
 from warpdyn.engine.kernels.queues import Queue
 from warpdyn.foundations.core.interruption import interruptible
+from warpdyn.model.ground_motions.designs import Cloud, OneMotionPerStructure
 from warpdyn.model.scene.scene import Scene
 
 
@@ -137,23 +139,15 @@ def scene_of_record(scene: Scene, values: np.ndarray) -> Scene:
     """Return a scene whose only motion has other samples.
 
     Args:
-        scene: The scene.
+        scene: The scene, with a Cloud or OneMotionPerStructure.
         values: Accelerations [m/s2], shape [time, component].
     """
-    return replace(scene, excitation=excitation_of_record(scene, values))
-
-
-def excitation_of_record(scene: Scene, values: np.ndarray) -> object:
-    """Return the excitation of a scene with other samples of its only motion, shape [time, component] [m/s2]."""
     design = scene.excitation
+    assert isinstance(design, Cloud | OneMotionPerStructure)  # Live accepts no other designs
     [motion] = design.motions
-    if values.shape[1] == 1:
-        recorded = replace(motion, acceleration=values[:, 0])
-    else:
-        names = ("x", "y", "vertical")
-        parts = {
-            name: replace(each, acceleration=column)
-            for name, each, column in zip(names, motion.components, values.T, strict=False)
-        }
-        recorded = replace(motion, **parts)
-    return replace(design, motions=(recorded,))
+    names = [name for name in ("x", "y", "vertical") if getattr(motion, name, None) is not None]
+    parts: dict[str, Any] = {
+        name: replace(getattr(motion, name), acceleration=column) for name, column in zip(names, values.T, strict=False)
+    }
+    recorded = replace(motion, **parts) if names else replace(motion, acceleration=values[:, 0])
+    return replace(scene, excitation=replace(design, motions=(recorded,)))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 import numpy as np
@@ -16,6 +15,7 @@ from warpdyn.campaigns.integration.stability_guard import guard
 from warpdyn.campaigns.live.accepted_scenes import check_scene
 from warpdyn.campaigns.live.answers import QUANTILES, Answers
 from warpdyn.campaigns.live.finishing import finished, scene_of_record
+from warpdyn.campaigns.live.packets.arriving import Arriving
 from warpdyn.campaigns.live.packets.packet import Packet
 from warpdyn.campaigns.live.packets.receiver import Receiver
 from warpdyn.campaigns.live.packets.refused import RefusedPacket
@@ -28,10 +28,8 @@ from warpdyn.foundations.core.messages import warn_caller
 from warpdyn.foundations.core.near_misses import with_suggestions
 from warpdyn.model.ground_motions.records.units import unit_factor
 from warpdyn.model.scene.number_of_structures import number_of_structures
+from warpdyn.model.scene.plausibility import warn_of_implausible
 from warpdyn.model.scene.scene import Scene
-
-MOST_VALUES = 2**22  # accelerations of the record that are kept: 32 MB, 11 hours of one component at 100 Hz
-POSIX = 1e8  # time stamps above this are POSIX times [s] (since 1973), so that they can be compared with the clock
 
 
 @with_suggestions
@@ -101,6 +99,7 @@ class Live:
         self.scene, self.seed, self.integration = scene, seed, integration
         self.execution = execution.on_first()
         self.structures = number_of_structures("Live", scene, structures)
+        warn_of_implausible(scene, step=integration.step, longest_step=integration.longest_step)
         self.unit, factor = unit, unit_factor(unit, "unit")
         [motion] = scene.excitation.motions
         self.step = float(motion.step)
@@ -110,7 +109,7 @@ class Live:
         patience = real_number("patience [s]", patience, least=0)
         longest_gap = real_number("longest_gap [s]", longest_gap, least=0)
         tracks = (Track(packet_step, patience, longest_gap),) * max(1, scene.excitation.base_components)
-        self._receiver = Receiver(tracks, packet_step, self.step, factor)
+        self.arriving = Arriving(Receiver(tracks, packet_step, self.step, factor))
         run = build_run(scene, self.structures, integration, self.execution, seed)
         queue = open_queues(run.execution.devices, run.model.threads)[0]
         [(ensemble, vibration)] = run.events(np.arange(self.structures), queue)
@@ -119,9 +118,6 @@ class Live:
         guard(ensemble, vibration, integration.on_unstable, findings)
         self._answers = Answers(run.model, self.structures, limits, quantiles)
         self.paused = PausedEnsemble(ensemble)
-        self._record: list[np.ndarray] = []  # accelerations so far, shape [time, component]
-        self._samples, self._refused, self._seconds = 0, 0, 0.0
-        self._offset: float | None = None  # least difference of clock and time stamps [s]
         self.is_finished = False
 
     @property
@@ -132,11 +128,15 @@ class Live:
     @property
     def record(self) -> np.ndarray:
         """Accelerations that have been integrated [m/s2], shape [time, component]."""
-        if not self._record:
-            return np.zeros((0, len(self._receiver.tracks)))
-        if len(self._record) > 1:
-            self._record = [np.concatenate(self._record)]
-        return self._record[0]
+        return self.arriving.record
+
+    @property
+    def lag(self) -> float:
+        """Time between the last integrated sample and now [s].
+
+        If time stamps are not POSIX times, the lag is relative to the packet that arrived earliest after its samples.
+        """
+        return self.arriving.lag(self.time)
 
     def push(
         self,
@@ -163,22 +163,16 @@ class Live:
             ValueError: If the motion is finished.
         """
         self._check_open()
-        began = time.perf_counter()
-        packet = acceleration
-        if not isinstance(packet, Packet):
+        if isinstance(acceleration, Packet):
+            packet = acceleration
+        else:
             packet = Packet(acceleration, start, step, component)
-        try:
-            receiver = self._receiver.accept(packet)
-        except RefusedPacket:
-            self._refused += 1
-            raise
-        self._see_clock(receiver)
-        return self._integrate(receiver, began)
+        return self._integrate(self.arriving.accepted(packet))
 
     def bridge(self) -> xr.Dataset:
         """Fill the gap in the motion by linear interpolation, and return the answer up to the last sample."""
         self._check_open()
-        return self._integrate(self._receiver.bridge(), time.perf_counter())
+        return self._integrate(self.arriving.receiver.bridge())
 
     def follow(self, packets: Iterable[Packet | ArrayLike], on_refused: str = "raise") -> Iterator[xr.Dataset]:
         """Push the packets of an iterable, and yield the answer after each of them.
@@ -206,12 +200,10 @@ class Live:
             the heaviest state; failed samples do not count. Residual drifts are missing until `finish`. The attributes
             count the packets, and contain the lag behind real time and the drift of the clock [s].
         """
-        if self._samples == 0:
-            raise ValueError("no sample has arrived yet: call push() first")
-        began = time.perf_counter()
-        outputs = self.paused.outputs(self._last, self.paused.intervals)
-        self._seconds += time.perf_counter() - began
-        return self._answers.of(self.paused.ensemble, outputs, self.time, self.report())
+        if not len(self.record):
+            raise ValueError("no sample of all components has arrived yet: call push() first")
+        outputs = self.paused.outputs(self.record[-1:], self.paused.intervals)
+        return self._answers.of(self.paused.ensemble, outputs, self.time, self.arriving.report(self.time))
 
     def finish(self) -> xr.Dataset:
         """End the motion, integrate the free vibration after it, and return the run as a dataset.
@@ -224,15 +216,13 @@ class Live:
             ValueError: If fewer than two samples have arrived, or the motion is finished.
         """
         self._check_open()
-        values = self.record
-        if self._receiver.packet_step != self.step and self._receiver.ends_between_samples:
-            values = np.concatenate([values, np.zeros_like(values[:1])])  # as GroundMotion.resampled does
+        values, gap = self.arriving.whole, self.arriving.receiver.gap
         if len(values) < 2:
             raise ValueError(f"finish() needs at least 2 samples of the motion, got {len(values)}: push more packets")
-        if self._receiver.gap:
+        if gap:
             warn_caller(
-                f"the motion ends before a gap of {self._receiver.gap:.4g} s; the samples after the gap are not used. "
-                "Call live.bridge() before finish() to interpolate the gap"
+                f"the motion ends before a gap of {gap:.4g} s; the samples after the gap are not used. Call "
+                "live.bridge() before finish() to interpolate the gap"
             )
         scene = scene_of_record(self.scene, values)
         given = scene, self.structures, self.integration, self.execution, self.seed
@@ -240,55 +230,13 @@ class Live:
         self.is_finished = True
         return run
 
-    def report(self) -> dict[str, object]:
-        """Return numbers of packets and samples, the drift of the clock and the lag behind real time [s], by name."""
-        receiver = self._receiver
-        found: dict[str, object] = {
-            "packets": receiver.packets,
-            "refused_packets": self._refused,
-            "samples": self._samples,
-            "clock_drift": receiver.drift,
-            "gap": receiver.gap,
-            "seconds_computing": self._seconds,
-        }
-        names = ("duplicate_packets", "late_packets", "overlapping_samples", "interpolated_samples", "gaps_closed")
-        found |= {name: receiver.counts[name] for name in names}
-        return found | {"lag": self.lag}
-
-    @property
-    def lag(self) -> float:
-        """Time between the last integrated sample and now [s].
-
-        If time stamps are not POSIX times, the lag is relative to the packet that arrived earliest after its samples.
-        """
-        if self._offset is None or self._receiver.begin is None:
-            return 0.0
-        return time.time() - self._offset - (self._receiver.begin + self.time)
-
-    def _see_clock(self, receiver: Receiver) -> None:
-        """Update the difference of clock and time stamps."""
-        difference = time.time() - receiver.end
-        is_posix = receiver.end > POSIX
-        self._offset = 0.0 if is_posix else min(difference, np.inf if self._offset is None else self._offset)
-
-    def _integrate(self, receiver: Receiver, began: float) -> xr.Dataset:
-        """Integrate the samples that a receiver has, keep the receiver, and return the answer."""
-        values, receiver = receiver.take()
-        if (self._samples + len(values)) * values.shape[1] > MOST_VALUES:
-            raise RefusedPacket(
-                f"packet: the motion would have more than {MOST_VALUES // values.shape[1]} samples, the most that are "
-                "kept: call finish(), and begin a new Live"
-            )
-        known = values if self._samples == 0 else np.concatenate([self._last, values])
+    def _integrate(self, receiver: Receiver) -> xr.Dataset:
+        """Integrate the samples that a receiver adds, keep the receiver, and return the answer."""
+        values, receiver = self.arriving.new_samples(receiver)
         if len(values):
-            self.paused.advance(known)
-            self._record.append(values)
-            self._last = known[-1:]
-        self._receiver, self._samples = receiver, self._samples + len(values)
-        self._seconds = time.perf_counter() - began
-        if self._samples == 0:
-            return xr.Dataset(attrs=self.report())
-        return self.answer()
+            self.paused.advance(np.concatenate([self.record[-1:], values]))
+        self.arriving.keep(values, receiver)
+        return self.answer() if len(self.record) else xr.Dataset(attrs=self.arriving.report(self.time))
 
     def _check_open(self) -> None:
         if self.is_finished:

@@ -65,6 +65,7 @@ class PausedEnsemble:
     def __init__(self, ensemble: Ensemble) -> None:
         self.ensemble, self.queue, self.dtype = ensemble, ensemble.queue, ensemble.plan.dtype
         self.device, self.intervals = ensemble.queue.device, 0
+        self.is_whole = True
         # While the motion arrives, its end is not known: more intervals than kernels can count steps.
         self.most_intervals = MOST_STEPS // (int(ensemble.schedule.substeps.max()) + 1)
         self._base = ensemble.scene.excitation.pack(ensemble.timeline, ensemble.plan.dofs)
@@ -111,10 +112,21 @@ class PausedEnsemble:
                 f"the motion has more than {self.most_intervals} samples, the most that can be integrated with these "
                 "steps: call finish(), and begin a new Live"
             )
+        self.check_whole()
         if count < 1:
             return
+        self.is_whole = False  # an interruption leaves some samples behind the others
         self._launch(values, self.most_intervals, self.most_intervals, self._ignored, count)
         self.intervals += count
+        self.is_whole = True
+
+    def check_whole(self) -> None:
+        """Raise a ValueError if `advance` was interrupted, so that only some samples were integrated."""
+        if not self.is_whole:
+            raise ValueError(
+                "the integration of the last packet was interrupted, so that samples are at different times: begin "
+                "again, or go on from a saved state with wd.load_state"
+            )
 
     def outputs(self, values: np.ndarray, motion: int, schedule: Schedule | None = None) -> Arrays:
         """Integrate the rest of a run, and return all its outputs by name, shape [sample, ...]; no state changes.
@@ -125,6 +137,7 @@ class PausedEnsemble:
             schedule: Durations of the samples with the free vibration after the motion, and of the average that gives
                 the residual drift; None: the run ends with the motion.
         """
+        self.check_whole()
         rows = self.ensemble.model.blank_outputs(self.ensemble.size)
         output = self.queue.blank(rows, self.dtype)
         if schedule is not None:

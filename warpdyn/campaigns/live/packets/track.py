@@ -135,9 +135,7 @@ class Track:
         end = self.recent.end + len(values)
         kept = np.concatenate([self.recent.values, values])[-most:]
         expected = self.expected + len(values) * self.step
-        return replace(
-            self, recent=Segment(end - len(kept), kept), fresh=(*self.fresh, values), expected=expected
-        )
+        return replace(self, recent=Segment(end - len(kept), kept), fresh=(*self.fresh, values), expected=expected)
 
     def _overlapping(self, segment: Segment) -> Track:
         """Return the track with the new samples of a segment that begins before the next expected sample."""
@@ -185,8 +183,8 @@ class Track:
         gap = (self.waiting[0].first - self.recent.end) * self.step
         if gap > self.longest_gap * (1 + 1e-9):
             raise RefusedPacket(
-                f"packet: {gap:.4g} s of the motion are missing after {self.expected:.6f} s and have not arrived within "
-                f"patience={self.patience:g} s: push the missing samples, call live.bridge() to interpolate them "
+                f"packet: {gap:.4g} s of the motion are missing after {self.expected:.6f} s and have not arrived "
+                f"within patience={self.patience:g} s: push the missing samples, call live.bridge() to interpolate them "
                 f"linearly, or give longest_gap={gap:.4g} to wd.Live to interpolate such gaps; "
                 "live.finish() ends the motion before the gap"
             )
@@ -210,6 +208,6 @@ def _compare(segment: Segment, known: Segment) -> None:
     other = known.values[first - known.first : end - known.first]
     if not np.array_equal(own, other):
         raise RefusedPacket(
-            f"packet: {np.count_nonzero(own != other)} of {len(own)} samples that have arrived before have other values "
-            "now: its time stamp may be wrong, or its clock was set back"
+            f"packet: {np.count_nonzero(own != other)} of {len(own)} samples that have arrived before have other "
+            "values now: its time stamp may be wrong, or its clock was set back"
         )

@@ -1,1 +1,1 @@
-"""Kernels that can pause: the variables that live across the interval loop are loaded at its start and stored after it."""
+"""Kernels that can pause: variables that live across the interval loop are loaded before it and stored after it."""

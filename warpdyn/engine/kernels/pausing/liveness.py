@@ -11,7 +11,10 @@ from collections.abc import Iterable, Sequence
 
 from warpdyn.engine.kernels.composing.source_text import names_of
 
-LOOP_VARIABLE, PHASE = "interval", "interval_from"  # variables of the interval loop, and of the loop of phases around it
+LOOP_VARIABLE, PHASE = (
+    "interval",
+    "interval_from",
+)  # variables of the interval loop, and of the loop of phases around it
 
 
 def interval_loop(function: ast.FunctionDef) -> int:

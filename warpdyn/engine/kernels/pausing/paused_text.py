@@ -176,9 +176,7 @@ def _places(variables: list[str], kinds: dict[str, Any], lanes: int, real: Any) 
 def _moved(carried: tuple[Carried, ...], statement: str) -> list[str]:
     """Return the lines that copy variables from or to the arrays of the struct Paused, in loops over rows and lanes."""
     lines = []
-    for (rows, by_lane, has_rows), each in groupby(
-        sorted(carried, key=_loop_of), key=_loop_of
-    ):
+    for (rows, by_lane, has_rows), each in groupby(sorted(carried, key=_loop_of), key=_loop_of):
         margin, column = " " * 8, "block * LANES"
         index = []
         if has_rows:
