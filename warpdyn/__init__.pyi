@@ -43,6 +43,9 @@ from .campaigns.inference.calibrate import calibrate as calibrate, sample_poster
 from .campaigns.inference.measured import MeasuredLoop as MeasuredLoop, MeasuredResponse as MeasuredResponse
 from .campaigns.inference.posterior import compare_evidence as compare_evidence, posterior_scatter as posterior_scatter
 from .campaigns.integration.settings import Execution as Execution, Integration as Integration
+from .campaigns.live import packets as packets
+from .campaigns.live.live import Live as Live
+from .campaigns.live.saved_state import load_state as load_state, save_state as save_state
 from .campaigns.reductions.damage.counts import DamageCounts as DamageCounts
 from .campaigns.reductions.damage.losses import DamageLoss as DamageLoss
 from .campaigns.reductions.demand_histogram import DemandHistogram as DemandHistogram

@@ -177,7 +177,7 @@ class Ensemble:
         rows = {name: rows[name] for name in self.model.shapes}
         history = self.queue.upload("History", {}, self.plan.dtype)
         # Queue the uploads first: kernels queued before the uploads would delay them until the GPU is free.
-        launches = self._launches()
+        launches = self.launches()
         output = self.queue.blank(rows, self.plan.dtype)
         self.queue.launch(launches, [output, history], advance)
         self.queue.start_reading(output, {name: values.shape for name, values in rows.items()}, arriving)
@@ -290,7 +290,7 @@ class Ensemble:
             arguments.as_fields("Structure", structures, dtype), arguments.as_fields("Samples", samples, dtype), groups
         )
 
-    def _launches(self) -> list[devices.Launch]:
+    def launches(self) -> list[devices.Launch]:
         """Upload all samples with their structures to the device; return the launches that integrate them."""
         packed, self._packed = self._packed, None
         return self._launches_of(self._pack() if packed is None else packed)

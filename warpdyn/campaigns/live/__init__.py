@@ -1,0 +1,1 @@
+"""Live ensembles: histories that advance while the ground motion arrives, packet by packet."""
