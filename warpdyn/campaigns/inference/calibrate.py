@@ -13,7 +13,7 @@ from warpdyn.campaigns.inference.likelihood import Likelihood
 from warpdyn.campaigns.inference.loops import LoopMisfit
 from warpdyn.campaigns.inference.measured import MeasuredLoop, MeasuredResponse
 from warpdyn.campaigns.inference.models import calibrated_scene, calibrated_storey
-from warpdyn.campaigns.inference.posterior import NOISE, OFFSET, PARAMETERS, QUANTILES, columns_of, summarised
+from warpdyn.campaigns.inference.posterior import NOISE, OFFSET, PARAMETERS, QUANTILES, flat_columns, summarised
 from warpdyn.campaigns.inference.priors import Prior, check_prior
 from warpdyn.campaigns.inference.responses import ResponseMisfit
 from warpdyn.campaigns.inference.tempering import MOST_SWEEPS, Tempered, temper
@@ -27,7 +27,6 @@ from warpdyn.foundations.core.plausibility import PlausibilityFindings
 from warpdyn.foundations.files.netcdf import trace
 from warpdyn.model.scene.distributions.distribution import Distribution
 from warpdyn.model.scene.distributions.numerical import as_distribution
-from warpdyn.model.scene.scatter import RandomScatter
 from warpdyn.model.scene.scene import Scene
 from warpdyn.model.structures.shear_building import ShearBuilding
 
@@ -232,15 +231,7 @@ def _dataset(
 ) -> xr.Dataset:
     """Return the result of `calibrate`."""
     prior, units = likelihood.prior, measured.units
-    values = prior.values(found.normals[:, : prior.variables])
-    variables: dict[str, tuple] = {}
-    for name, each in values.items():
-        spread, parameter = prior.scatter[name], prior.structure.parameter_table[name]
-        assert isinstance(spread, RandomScatter)
-        constant = each.ndim == 2 and spread.only is None and bool(np.all(each == each[:, :1]))
-        dims = ("sample", prior.structure.dim_of(name)) if each.ndim == 2 and not constant else ("sample",)
-        kept = each[:, 0] if constant else each
-        variables[name] = (dims, kept, {"units": parameter.units, "long_name": parameter.long_name})
+    variables = parameter_variables(prior, found.normals[:, : prior.variables])
     names = list(variables)
     if likelihood.has_noise:
         words = {"units": units, "long_name": "standard deviation of the noise"}
@@ -250,6 +241,16 @@ def _dataset(
         variables[OFFSET] = (("sample", "sensor"), likelihood.offset_of(found.normals), words)
     attributes = {"seed": seed, "measurement": repr(measured), "model": repr(prior.structure)}
     return posterior_dataset(found, variables, names, "calibrate", attributes)
+
+
+def parameter_variables(prior: Prior, normals: np.ndarray) -> dict[str, tuple]:
+    """Return the variables of a dataset with the parameters of samples, from their variables [sample, variable]."""
+    found: dict[str, tuple] = {}
+    for name, each in prior.shown(prior.values(normals)).items():
+        parameter = prior.structure.parameter_table[name]
+        dims = ("sample", prior.structure.dim_of(name)) if each.ndim == 2 else ("sample",)
+        found[name] = (dims, each, {"units": parameter.units, "long_name": parameter.long_name})
+    return found
 
 
 def posterior_dataset(
@@ -266,7 +267,7 @@ def posterior_dataset(
         "log_mean_weight": (found.log_mean_weight, "logarithm of the mean weight, whose sum is the log evidence"),
         "remaining_correlation": (found.forgotten, "largest correlation of start and end of the Markov chains"),
     }
-    columns = columns_of(variables)
+    columns = flat_columns({name: each[1] for name, each in variables.items()})
     slow = [
         stage for stage, sweeps in enumerate(found.sweeps) if sweeps >= MOST_SWEEPS and found.forgotten[stage] > 0.5
     ]

@@ -33,12 +33,7 @@ def summarised(
     values = np.stack(list(columns.values()), axis=1)
     mean = weights @ values
     deviation = np.sqrt(weights @ np.square(values - mean))
-    order = np.argsort(values, axis=0)
-    sums = np.cumsum(weights[order], axis=0)
-    places = [np.minimum((sums < level).sum(axis=0), len(values) - 1) for level in QUANTILES]
-    quantiles = np.stack(
-        [values[order[place, np.arange(values.shape[1])], np.arange(values.shape[1])] for place in places]
-    )
+    quantiles = weighted_quantiles(values, weights)
     found: dict[str, tuple] = {
         "posterior_mean": ("parameter", mean, {"long_name": "posterior mean, in the units of the parameter"}),
         "posterior_standard_deviation": (
@@ -59,16 +54,24 @@ def summarised(
     return found
 
 
-def columns_of(variables: Mapping[str, tuple]) -> dict[str, np.ndarray]:
+def weighted_quantiles(values: np.ndarray, weights: np.ndarray) -> np.ndarray:
+    """Return the QUANTILES of values [sample, value] with weights of sum 1, shape [quantile, value]."""
+    order = np.argsort(values, axis=0)
+    sums, columns = np.cumsum(weights[order], axis=0), np.arange(values.shape[1])
+    places = [np.minimum((sums < level).sum(axis=0), len(values) - 1) for level in QUANTILES]
+    return np.stack([values[order[place, columns], columns] for place in places])
+
+
+def flat_columns(values: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
     """Return the values of each scalar parameter, shape [sample]: those of storey 2 are named "stiffness[2]"."""
     columns: dict[str, np.ndarray] = {}
-    for name, (_, values, *_) in variables.items():
-        if values.ndim == 1:
-            columns[name] = values
+    for name, each in values.items():
+        if each.ndim == 1:
+            columns[name] = each
             continue
-        for place in range(values.shape[1]):
-            if not np.isnan(values[:, place]).any():
-                columns[f"{name}[{place + 1}]"] = values[:, place]
+        for place in range(each.shape[1]):
+            if not np.isnan(each[:, place]).any():
+                columns[f"{name}[{place + 1}]"] = each[:, place]
     return columns
 
 

@@ -103,15 +103,19 @@ class Prior:
         _exclude(allowed, np.flatnonzero(allowed), fits)
         return allowed
 
+    def shown(self, values: Values) -> Values:
+        """Return candidates for a dataset: a parameter that is equal in all storeys has the shape [candidate]."""
+        found: Values = {}
+        for name, each in values.items():
+            spread = self.scatter[name]
+            assert isinstance(spread, RandomScatter)
+            is_one = each.ndim == 2 and spread.per == "building" and spread.only is None
+            found[name] = each[:, 0] if is_one and bool(np.all(each == each[:, :1])) else each
+        return found
+
     def as_scatter(self, values: Values) -> dict[str, GivenValues]:
         """Return candidates as the scatter of a scene; factors remain factors on the nominal values."""
         return {name: GivenValues(each) for name, each in values.items()}
-
-    def factors(self, name: str, values: np.ndarray) -> np.ndarray:
-        """Return the values of a parameter as the random scatter has them: values, or factors on the nominal value."""
-        if not isinstance(self.scatter[name], RandomFactor):
-            return values
-        return values / self.structure.nominal_values[name]
 
 
 def _exclude(allowed: np.ndarray, rows: np.ndarray, fits: Callable[[np.ndarray], bool]) -> None:
