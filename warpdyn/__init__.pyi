@@ -40,6 +40,7 @@ from .campaigns.accuracy.method_choice import MethodChoice as MethodChoice
 from .campaigns.accuracy.pilot import plan as plan
 from .campaigns.incremental.capacities import capacities as capacities
 from .campaigns.inference.calibrate import calibrate as calibrate, sample_posterior as sample_posterior
+from .campaigns.inference.filters.assimilate import assimilate as assimilate
 from .campaigns.inference.measured import MeasuredLoop as MeasuredLoop, MeasuredResponse as MeasuredResponse
 from .campaigns.inference.posterior import compare_evidence as compare_evidence, posterior_scatter as posterior_scatter
 from .campaigns.integration.settings import Execution as Execution, Integration as Integration

@@ -49,7 +49,7 @@ class ResponseMisfit:
         execution: Execution,
         integration: Integration | None,
     ) -> None:
-        check_sensors(scene, measured)
+        check_response("calibrate", scene, measured)
         self.prior, self.measured = prior, measured
         self.execution = execution.on_first()
         self.scene = replace(scene, tail=_covering(scene, measured), recorders=(), correlation={})
@@ -67,7 +67,7 @@ class ResponseMisfit:
         at_a_time = int(max(64, SHARE_OF_MEMORY * free_memory() / size))
         found = []
         for first in range(0, count, at_a_time):
-            histories = self._histories({name: each[first : first + at_a_time] for name, each in values.items()})
+            histories = self.histories({name: each[first : first + at_a_time] for name, each in values.items()})
             part = histories[:, self.measured.first : times]
             difference = self.measured.values[None, self.measured.first :] - part
             with np.errstate(invalid="ignore", over="ignore"):
@@ -75,7 +75,7 @@ class ResponseMisfit:
         sums, squares, peaks = (np.concatenate(each) for each in zip(*found, strict=True))
         return sums, squares, peaks
 
-    def _histories(self, values: Values) -> np.ndarray:
+    def histories(self, values: Values) -> np.ndarray:
         """Return the computed histories at the measured times, shape [candidate, time, sensor]; NaN after a failure."""
         scene = replace(self.scene, scatter=self.prior.as_scatter(values))
         count = len(next(iter(values.values())))
@@ -120,12 +120,12 @@ def accurate_step(scene: Scene, measured: MeasuredResponse) -> float:
     return float(given / max(1, np.ceil(given / longest * (1 - 1e-9))))
 
 
-def check_sensors(scene: Scene, measured: MeasuredResponse) -> None:
+def check_response(function: str, scene: Scene, measured: MeasuredResponse) -> None:
     """Raise a ValueError if a sensor is on a floor, or measures a quantity, that the structure does not have."""
     structure = scene.structure
     if structure.is_many or scene.excitation.samples_per_structure != 1 or len(scene.excitation.event_names) > 1:
         raise ValueError(
-            "calibrate: the scene must have one structure under one motion or load, which was measured: give "
+            f"{function}: the scene must have one structure under one motion or load, which was measured: give "
             "wd.Scene(building, motion, scatter)"
         )
     what = "storey" if measured.quantity == "storey_force" else "floor"

@@ -138,10 +138,10 @@ def temper(log_likelihood: LogLikelihood, dimension: int, count: int, random: np
         )
     proposals, exponent = Proposals(dimension, random), 0.0
     if not possible.all():  # stage without likelihood, which removes impossible samples
-        _stage(found, np.where(possible, 0.0, -np.inf), 0.0, proposals, log_likelihood)
+        stage(found, np.where(possible, 0.0, -np.inf), 0.0, proposals, log_likelihood)
     while exponent < 1.0:
         following = next_exponent(found.log_likelihood, exponent)
-        _stage(found, (following - exponent) * found.log_likelihood, following, proposals, log_likelihood)
+        stage(found, (following - exponent) * found.log_likelihood, following, proposals, log_likelihood)
         exponent = following
     return found
 
@@ -162,7 +162,7 @@ def next_exponent(log_likelihood: np.ndarray, exponent: float) -> float:
     return high
 
 
-def _stage(
+def stage(
     found: Tempered, log_weights: np.ndarray, exponent: float, proposals: Proposals, log_likelihood: LogLikelihood
 ) -> None:
     """Weight, resample and move all samples; the target of the moves is prior x likelihood^exponent."""

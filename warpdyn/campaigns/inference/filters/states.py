@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from functools import cache
 from typing import Any
 
 import numpy as np
 
+from warpdyn.campaigns.inference.filters.present_response import present_response
 from warpdyn.campaigns.inference.measured import MeasuredResponse
 from warpdyn.campaigns.inference.priors import Prior
 from warpdyn.campaigns.inference.responses import accurate_step
@@ -15,44 +15,10 @@ from warpdyn.campaigns.integration.run import prepare
 from warpdyn.campaigns.integration.settings import Execution
 from warpdyn.campaigns.live.paused_ensemble import PausedEnsemble
 from warpdyn.foundations.core.messages import no_warnings
-from warpdyn.foundations.core.output_variables import Variable
 from warpdyn.model.scene.scene import Scene
 
 DISPLACEMENT, VELOCITY, MEMORY = "u", "v", "z"  # variables of the kernel that a filter changes
 BASE = "base_at_end"  # variable of the kernel: acceleration of the base at the last sample
-
-
-@cache
-def present_response() -> type[Any]:
-    """Return the recorder of the present floor accelerations and storey forces.
-
-    The class is defined when a filter needs it, because the definition registers the recorder.
-    """
-    from warpdyn.engine.kernels.composing.user_recorders import Recorder
-
-    class PresentResponse(Recorder):
-        """Absolute acceleration of each floor and force of each storey at the last state of the run."""
-
-        VARIABLES = {  # noqa: RUF012  (as in every recorder)
-            "chain": {
-                "present_acceleration": Variable(("floor",), "m s-2", "absolute acceleration at the last state"),
-                "present_storey_force": Variable(("storey",), "N", "storey force at the last state"),
-            }
-        }
-
-        def declare():  # type: ignore[misc]  # noqa: N805
-            last_acceleration = matrix()  # type: ignore[name-defined]  # noqa: F821, F841
-            last_force = matrix()  # type: ignore[name-defined]  # noqa: F821, F841
-
-        def see_forces():  # type: ignore[misc]
-            last_acceleration[i, j] = ai  # type: ignore[name-defined]  # noqa: F821
-            last_force[i, j] = restoring  # type: ignore[name-defined]  # noqa: F821
-
-        def finish_storey():  # type: ignore[misc]
-            output.present_acceleration[g, o] = last_acceleration[i, j]  # type: ignore[name-defined]  # noqa: F821
-            output.present_storey_force[g, o] = last_force[i, j]  # type: ignore[name-defined]  # noqa: F821
-
-    return PresentResponse
 
 
 class StructureStates:
@@ -70,7 +36,8 @@ class StructureStates:
         self, scene: Scene, prior: Prior | None, measured: MeasuredResponse, normals: np.ndarray, execution: Execution
     ) -> None:
         self.prior, self.measured = prior, measured
-        self.motion = scene.excitation.motions[0]  # type: ignore[attr-defined] # `check_scene` has checked the class
+        known: Any = scene.excitation
+        self.motion = known.motions[0]
         self.count, self.dofs = len(normals), scene.structure.dofs
         self.ratio = round(measured.step / self.motion.step)
         given = {} if prior is None else prior.as_scatter(prior.values(normals))
@@ -94,7 +61,7 @@ class StructureStates:
         found = self.paused.states()
         found[BASE][:] = self.motion.values[0]
         self.paused.set_states(found)
-        self.names = (DISPLACEMENT, VELOCITY)
+        self.names: tuple[str, ...] = (DISPLACEMENT, VELOCITY)
         # The memory of other laws contains branches and counts, which cannot be corrected by a linear update.
         if scene.structure.storey_law.forces().has_rate and MEMORY in self.paused.states():
             self.names = (*self.names, MEMORY)
