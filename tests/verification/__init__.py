@@ -5,6 +5,7 @@ from __future__ import annotations
 from .buildings import PROBLEMS as BUILDINGS
 from .chains import PROBLEMS as CHAINS
 from .devices import PROBLEMS as DEVICES
+from .filters import PROBLEMS as FILTERS
 from .loops import PROBLEMS as LOOPS
 from .lumped import PROBLEMS as LUMPED
 from .lumped_devices import PROBLEMS as LUMPED_DEVICES
@@ -17,6 +18,7 @@ from .yielding import PROBLEMS as YIELDING
 
 PROBLEMS: tuple[Problem, ...] = (
     *SDOF, *METHODS, *CHAINS, *BUILDINGS, *YIELDING, *DEVICES, *LOOPS, *RANDOM, *RISK, *LUMPED, *LUMPED_DEVICES,
+    *FILTERS,
 )  # fmt: skip
 
 __all__ = ["PROBLEMS", "Problem", "Verdict", "judge"]
