@@ -26,6 +26,7 @@ from warpdyn.engine.kernels.queues import open_queues
 from warpdyn.foundations.core.checks import check_kind, one_of, real_number
 from warpdyn.foundations.core.messages import warn_caller
 from warpdyn.foundations.core.near_misses import with_suggestions
+from warpdyn.foundations.core.plausibility import meant_as_given
 from warpdyn.model.ground_motions.records.units import unit_factor
 from warpdyn.model.scene.number_of_structures import number_of_structures
 from warpdyn.model.scene.plausibility import warn_of_implausible
@@ -99,7 +100,8 @@ class Live:
         self.scene, self.seed, self.integration = scene, seed, integration
         self.execution = execution.on_first()
         self.structures = number_of_structures("Live", scene, structures)
-        warn_of_implausible(scene, step=integration.step, longest_step=integration.longest_step)
+        with meant_as_given("strongest_motion", "peak_ground_acceleration", "record_baseline"):  # of a placeholder
+            warn_of_implausible(scene, step=integration.step, longest_step=integration.longest_step)
         self.unit, factor = unit, unit_factor(unit, "unit")
         [motion] = scene.excitation.motions
         self.step = float(motion.step)
@@ -163,10 +165,8 @@ class Live:
             ValueError: If the motion is finished.
         """
         self._check_open()
-        if isinstance(acceleration, Packet):
-            packet = acceleration
-        else:
-            packet = Packet(acceleration, start, step, component)
+        given = acceleration
+        packet = given if isinstance(given, Packet) else Packet(given, start, step, component)
         return self._integrate(self.arriving.accepted(packet))
 
     def bridge(self) -> xr.Dataset:

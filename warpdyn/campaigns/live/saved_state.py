@@ -11,6 +11,7 @@ from pathlib import Path
 
 import netCDF4
 import numpy as np
+import warp as wp
 import xarray as xr
 
 from warpdyn.campaigns.live.live import Live
@@ -18,6 +19,7 @@ from warpdyn.campaigns.live.packets.receiver import Receiver
 from warpdyn.campaigns.live.packets.track import Segment, Track
 from warpdyn.campaigns.running.regions.checkpoint import versions
 from warpdyn.campaigns.running.regions.job import machines_of
+from warpdyn.engine.kernels.plan import options
 from warpdyn.foundations.core.checks import check_kind
 from warpdyn.foundations.core.description import fingerprint
 from warpdyn.foundations.core.interruption import interruptible
@@ -133,7 +135,11 @@ def _identity(live: Live) -> dict[str, str]:
     """Return hashes of all that must agree between a saved state and the Live that goes on, by attribute."""
     receiver = live.arriving.receiver
     of_packets = receiver.packet_step, receiver.factor, receiver.tracks[0].patience, receiver.tracks[0].longest_gap
-    texts = [(group.pausing.composed.text, group.plan.lanes, group.count) for group in live.paused.groups]
+    compiled = wp.config.optimization_level
+    texts = [
+        (group.pausing.composed.text, group.plan.lanes, group.count, options(group.plan), compiled)
+        for group in live.paused.groups
+    ]
     parts = {
         "scene": live.scene,
         "settings": (live.structures, live.seed, live.integration, *of_packets),
@@ -160,7 +166,7 @@ def _packed(receiver: Receiver) -> tuple[dict[str, object], np.ndarray]:
         )
         values += [each.values for each in segments] + list(track.fresh)
     last = np.zeros(0) if receiver.last is None else np.ravel(receiver.last)
-    said = {"tracks": tracks, "taken": receiver.taken, "is_aligned": receiver.is_aligned, "packets": receiver.packets}
+    said = {"tracks": tracks, "taken": receiver.taken, "begin": receiver.begin, "packets": receiver.packets}
     return said | {"has_last": receiver.last is not None}, np.concatenate([*values, last])
 
 
@@ -174,7 +180,7 @@ def _unpacked(receiver: Receiver, said: dict, values: np.ndarray) -> Receiver:
         held = {"begin": own["begin"], "expected": own["expected"], "counts": Counter(own["counts"])}
         tracks.append(replace(track, recent=recent, waiting=tuple(waiting), fresh=fresh, **held))
     last = next(parts)[None] if said["has_last"] else None
-    known = {name: said[name] for name in ("taken", "is_aligned", "packets")}
+    known = {name: said[name] for name in ("taken", "begin", "packets")}
     return replace(receiver, tracks=tuple(tracks), last=last, **known)
 
 

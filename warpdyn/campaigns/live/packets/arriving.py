@@ -1,4 +1,4 @@
-"""The motion of a live ensemble while it arrives: accepted samples, numbers of packets, and the lag behind real time."""
+"""The motion of a live ensemble while it arrives: its samples, numbers of packets, and the lag behind real time."""
 
 from __future__ import annotations
 

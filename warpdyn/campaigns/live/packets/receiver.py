@@ -23,7 +23,7 @@ class Receiver:
         factor: Factor that converts accelerations to m/s2.
         taken: Samples of the packets that were resampled or passed on, the last one included.
         last: Last of these samples, shape [1, component]; empty before the first.
-        is_aligned: Whether all components have begun, and begin at the same time.
+        begin: Time stamp of the first sample of the motion [s]; None before all components have begun.
         packets: Number of accepted packets.
     """
 
@@ -33,13 +33,8 @@ class Receiver:
     factor: float
     taken: int = 0
     last: np.ndarray | None = None
-    is_aligned: bool = False
+    begin: float | None = None
     packets: int = 0
-
-    @property
-    def begin(self) -> float | None:
-        """Time stamp of the first sample of the motion [s]; None before all components have begun."""
-        return self.tracks[0].begin if self.is_aligned else None
 
     @property
     def end(self) -> float:
@@ -65,8 +60,8 @@ class Receiver:
     @property
     def ends_between_samples(self) -> bool:
         """Whether the last sample of the packets is between two samples of the motion."""
-        exact = (self.taken - 1) * self.packet_step / self.step
-        return bool(np.ceil(exact * (1 - 1e-12)) + 1 > self._new_samples(self.taken))
+        end = self.packet_step * (self.taken - 1)
+        return bool(np.ceil(end / self.step * (1 - 1e-12)) + 1 > self._new_samples(self.taken))
 
     def accept(self, packet: Packet) -> Receiver:
         """Return the receiver with the samples of a packet; raise a RefusedPacket if it cannot be used."""
@@ -83,7 +78,7 @@ class Receiver:
 
     def take(self) -> tuple[np.ndarray, Receiver]:
         """Return the samples of the motion that all components have, shape [time, component], and the receiver then."""
-        count = min(track.available for track in self.tracks) if self.is_aligned else 0
+        count = min(track.available for track in self.tracks) if self.begin is not None else 0
         if not count:
             return np.zeros((0, len(self.tracks))), self
         pairs = [track.take(count) for track in self.tracks]
@@ -108,11 +103,15 @@ class Receiver:
 
     def _new_samples(self, count: int) -> int:
         """Return the number of samples of the motion within the first `count` samples of the packets."""
-        return int(np.floor((count - 1) * self.packet_step / self.step * (1 + 1e-12))) + 1
+        end = self.packet_step * (count - 1)
+        number = int(end / self.step) + 2
+        while self.step * (number - 1) > end:  # compared as np.interp does
+            number -= 1
+        return number
 
     def _aligned(self) -> Receiver:
         """Return the receiver without the samples of each component before the start of the last component."""
-        if self.is_aligned or any(track.begin is None for track in self.tracks):
+        if self.begin is not None or any(track.begin is None for track in self.tracks):
             return self
         begins = [track.begin for track in self.tracks if track.begin is not None]
         start, tracks = max(begins), []
@@ -127,4 +126,4 @@ class Receiver:
             if track.available < skipped:
                 return self
             tracks.append(track.take(skipped)[1])
-        return replace(self, tracks=tuple(tracks), is_aligned=True)
+        return replace(self, tracks=tuple(tracks), begin=start)

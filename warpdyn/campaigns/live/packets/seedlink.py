@@ -58,10 +58,12 @@ def from_seedlink(
 
 def _traces(server: str, network: str, station: str, channels: str, timeout: float) -> Iterator[Any]:
     """Yield the traces that obspy's client receives in another thread."""
-    from obspy.clients.seedlink.easyseedlink import create_client
+    from obspy.clients.seedlink.easyseedlink import EasySeedLinkClient
 
     arrived: queue.Queue[Any] = queue.Queue()
-    client = create_client(server, on_data=arrived.put)
+    client = EasySeedLinkClient(server, autoconnect=False)
+    client.conn.timeout, client.on_data = timeout, arrived.put  # without a timeout, obspy may fail to connect
+    client.connect()
     client.select_stream(network, station, channels)
     threading.Thread(target=_run, args=(client.run, arrived), daemon=True).start()
     try:

@@ -178,14 +178,14 @@ class Track:
 
     def _without_gap(self) -> Track:
         """Return the track with a short gap filled, if its samples have not arrived within `patience`."""
-        if not self.waiting or (self.waiting[-1].end - self.recent.end) * self.step <= self.patience:
+        if not self.waiting or (self.waiting[-1].end - self.waiting[0].first) * self.step <= self.patience:
             return self
         gap = (self.waiting[0].first - self.recent.end) * self.step
         if gap > self.longest_gap * (1 + 1e-9):
             raise RefusedPacket(
-                f"packet: {gap:.4g} s of the motion are missing after {self.expected:.6f} s and have not arrived "
-                f"within patience={self.patience:g} s: push the missing samples, call live.bridge() to interpolate them "
-                f"linearly, or give longest_gap={gap:.4g} to wd.Live to interpolate such gaps; "
+                f"packet: {gap:.4g} s of the motion are missing after {self.expected:.6f} s and have not "
+                f"arrived within patience={self.patience:g} s: push the missing samples, call live.bridge() to "
+                f"interpolate them linearly, or give longest_gap={gap:.4g} to wd.Live to interpolate such gaps; "
                 "live.finish() ends the motion before the gap"
             )
         return self._filled()._join()._without_gap()
