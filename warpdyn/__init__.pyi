@@ -52,7 +52,14 @@ from .answers.sensitivity.tornado import tornado as tornado
 from .campaigns.accuracy.method_choice import MethodChoice as MethodChoice
 from .campaigns.accuracy.pilot import plan as plan
 from .campaigns.incremental.capacities import capacities as capacities
+from .campaigns.inference.calibrate import calibrate as calibrate, sample_posterior as sample_posterior
+from .campaigns.inference.filters.assimilate import assimilate as assimilate
+from .campaigns.inference.measured import MeasuredLoop as MeasuredLoop, MeasuredResponse as MeasuredResponse
+from .campaigns.inference.posterior import compare_evidence as compare_evidence, posterior_scatter as posterior_scatter
 from .campaigns.integration.settings import Execution as Execution, Integration as Integration
+from .campaigns.live import packets as packets
+from .campaigns.live.live import Live as Live
+from .campaigns.live.saved_state import load_state as load_state, save_state as save_state
 from .campaigns.reductions.damage.counts import DamageCounts as DamageCounts
 from .campaigns.reductions.damage.losses import DamageLoss as DamageLoss
 from .campaigns.reductions.demand_histogram import DemandHistogram as DemandHistogram

@@ -16,7 +16,17 @@ from warpdyn.engine.kernels.composition import Composed, compose, kernel_of
 from warpdyn.engine.kernels.kernel_cache import THREADS_OF_A_BLOCK, loaded
 from warpdyn.engine.kernels.lumped.division import divided_storeys, sections_of_storeys
 from warpdyn.engine.kernels.parts import straight_branches
-from warpdyn.engine.kernels.plan import Plan, has_few_values, keeps_drifts, keeps_slopes, options, values_held
+from warpdyn.engine.kernels.pausing.paused_text import Pausing, pausing
+from warpdyn.engine.kernels.plan import (
+    DTYPES,
+    Plan,
+    has_few_values,
+    keeps_drifts,
+    keeps_slopes,
+    options,
+    paused_struct,
+    values_held,
+)
 from warpdyn.engine.kernels.skeletons.dense import integrate_dense
 from warpdyn.engine.kernels.skeletons.explicit_chain import integrate_chain
 from warpdyn.engine.kernels.skeletons.explicit_lumped import integrate_lumped
@@ -41,7 +51,14 @@ SKELETONS = {
 
 def composed(plan: Plan) -> Composed:
     """Return the source of a plan's kernel, and the constants, types and functions to which the names in it refer."""
-    return compose(SKELETONS[plan.family, plan.kind], plan)
+    return pausing_of(plan).composed if plan.pauses else compose(SKELETONS[plan.family, plan.kind], plan)
+
+
+@functools.cache
+def pausing_of(plan: Plan) -> Pausing:
+    """Return the source of a plan's kernel that can pause, and the variables that it loads and stores."""
+    whole = compose(SKELETONS[plan.family, plan.kind], plan)
+    return pausing(whole, paused_struct(plan.dtype), plan.lanes, DTYPES[plan.dtype])
 
 
 @functools.cache
