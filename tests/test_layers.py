@@ -31,7 +31,7 @@ LAYERS = {
         "live",
         "inference",
     ),
-    "answers": ("fragility", "risk", "sensitivity", "reliability"),
+    "answers": ("fragility", "risk", "sensitivity", "reliability", "contents"),
     "interfaces": ("exchange", "plots", "reports", "command_line"),
 }
 PACKAGES = [f"{layer}.{package}" for layer, packages in LAYERS.items() for package in packages]
