@@ -11,7 +11,7 @@ from warpdyn.answers.fragility.lognormal_fit import check_confidence
 from warpdyn.answers.reliability.densities import Density, NormalsAtCentres, WithPlainShare, centred_at
 from warpdyn.answers.reliability.evaluation import Evaluation, LimitState
 from warpdyn.answers.reliability.intervals import probability_variables
-from warpdyn.answers.reliability.subset_simulation import levels_of
+from warpdyn.answers.reliability.subset_simulation import subset_levels
 from warpdyn.foundations.core.checks import finite_numbers, whole_number
 from warpdyn.foundations.core.messages import warn_caller
 from warpdyn.foundations.core.near_misses import suggests_names
@@ -151,6 +151,6 @@ def _density_of(
             f"{MOST_VARIABLES}: use subset_simulation, whose error does not depend on the number of variables, or give "
             "centres="
         )
-    levels = levels_of(evaluation, PILOT_SAMPLES, PILOT_PROBABILITY, seed)
+    levels = subset_levels(evaluation, PILOT_SAMPLES, PILOT_PROBABILITY, seed)
     density = centred_at(levels.failures, generator)
     return density, f"{len(density.centres)} centres that fit {len(levels.failures)} failing samples"

@@ -120,7 +120,7 @@ def subset_simulation(
     """
     check_confidence(confidence)
     evaluation = Evaluation("subset_simulation", limit_state, variables)
-    found = levels_of(evaluation, samples, level_probability, seed)
+    found = subset_levels(evaluation, samples, level_probability, seed)
     return xr.Dataset(
         {
             **probability_variables(
@@ -141,7 +141,7 @@ def subset_simulation(
     )
 
 
-def levels_of(evaluation: Evaluation, samples: int, level_probability: float, seed: int) -> Levels:
+def subset_levels(evaluation: Evaluation, samples: int, level_probability: float, seed: int) -> Levels:
     """Return the levels of a subset simulation; see `subset_simulation` for the arguments and errors."""
     function = evaluation.function
     count, length = _checked_sizes(samples, level_probability)
