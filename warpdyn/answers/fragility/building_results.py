@@ -63,8 +63,9 @@ def building_results(
 
     Raises:
         ValueError: If the dataset has no counts by building; if the counts mix levels of stripes or have other limits
-            than the stock; if the stock or the inventory belongs to another run; if a column of the inventory has the name of a result; if loss ratios are
-            missing for a damage state; or if losses are requested and buildings have no replacement cost.
+            than the stock; if the stock or the inventory belongs to another run; if a column of the inventory has the
+            name of a result; if loss ratios are missing for a damage state; or if losses are requested and buildings
+            have no replacement cost.
         TypeError: If an argument has the wrong type.
 
     Example:
@@ -242,7 +243,7 @@ def _check_limits(function: str, counted: xr.Dataset, stock: BuildingStock) -> N
         if differs.any():
             place = int(differs.argmax())
             raise ValueError(
-                f"{function}: the counts have the limit {used[row, 1 + place]:g} for {states[1 + place]!r} of archetype "
-                f"{name!r}, but the stock has {own[place]:g}: run the scene with DamageCounts(stock.limits, "
+                f"{function}: the counts have the limit {used[row, 1 + place]:g} for {states[1 + place]!r} of "
+                f"archetype {name!r}, but the stock has {own[place]:g}: run the scene with DamageCounts(stock.limits, "
                 "over='building'), or use wd.damage_shares for other limits"
             )
