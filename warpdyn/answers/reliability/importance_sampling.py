@@ -20,6 +20,7 @@ from warpdyn.foundations.core.random_numbers import Purpose
 LEAST_SAMPLES = 100
 PILOT_SAMPLES, PILOT_PROBABILITY = 4000, 0.1  # of the subset simulation that finds failing samples
 MOST_VARIABLES = 40  # of a density that fits failing samples; measured up to this number
+FARTHEST = 40.0  # largest value of a centre; the probability beyond it is 0 in float64
 FEWEST_FAILURES = 30  # effective number of failing samples below which a standard error is unreliable
 
 
@@ -140,6 +141,11 @@ def _density_of(
             raise ValueError(
                 f"centres must have the shape [centre, {evaluation.variables}], one standard normal value per "
                 f"variable, got {np.shape(centres)}"
+            )
+        if (farthest := float(np.abs(points).max())) > FARTHEST:
+            raise ValueError(
+                f"centres has a value of {farthest:g}, but standard normal values are hardly ever beyond 8: give points "
+                "in standard normal variables, not in physical units"
             )
         return NormalsAtCentres(points, np.full(len(points), 1 / len(points))), f"{len(points)} given centres"
     of_scene = getattr(evaluation.limit_state, "linear_events", lambda: None)()
