@@ -164,7 +164,7 @@ def test_limit_states_that_are_not_functions_of_numbers():
 def test_importance_sampling_refuses():
     with pytest.raises(ValueError, match=r"centres must have the shape \[centre, 2\]"):
         wd.importance_sampling(lambda z: 3 - z[:, 0], 2, centres=[1.0, 2.0, 3.0])
-    with pytest.raises(ValueError, match="centres has a value of 300, .* not in physical units"):
+    with pytest.raises(ValueError, match=r"centres has a value of 300, .* not in physical units"):
         wd.importance_sampling(lambda z: 3 - z[:, 0], 2, centres=[300.0, 2.0])
     with pytest.raises(ValueError, match="none of 200 samples failed, with 1 given centres: give centres= near"):
         wd.importance_sampling(lambda z: 9 - z[:, 0], 2, centres=[-1.0, 0.0], samples=200)

@@ -144,8 +144,8 @@ def _density_of(
             )
         if (farthest := float(np.abs(points).max())) > FARTHEST:
             raise ValueError(
-                f"centres has a value of {farthest:g}, but standard normal values are hardly ever beyond 8: give points "
-                "in standard normal variables, not in physical units"
+                f"centres has a value of {farthest:g}, but standard normal values are hardly ever beyond 8: give "
+                "points in standard normal variables, not in physical units"
             )
         return NormalsAtCentres(points, np.full(len(points), 1 / len(points))), f"{len(points)} given centres"
     of_scene = getattr(evaluation.limit_state, "linear_events", lambda: None)()
