@@ -31,6 +31,12 @@ def shakemap(*, path: str) -> Any:
     return wd.sites.read_shakemap(path)
 
 
+def margin(normals: np.ndarray) -> np.ndarray:
+    """Return a limit-state function of standard normal values."""
+    values: np.ndarray = 3.0 - normals.sum(axis=1)
+    return values
+
+
 def without_runs(folder: Path) -> dict[str, Call]:
     """Return calls that compile nothing; they read files that `write_files` writes."""
     write_files(folder)
@@ -54,7 +60,10 @@ def without_runs(folder: Path) -> dict[str, Call]:
     isolators = {"law": "lead_rubber_bearing", "base_mass": 1e5, "displacement_capacity": 0.4, "stiffness": 1.2e7}
     isolators |= {"yield_force": 1.2e5, "post_yield_stiffness": 1.2e6, "damper_coefficient": 0.0}
     scatter = {"yield_force": wd.RandomFactor(wd.Lognormal(1.0, 0.2))}
+    rare = {"limit_state": margin, "variables": 2, "samples": 200, "confidence": 0.9, "seed": 1}
     return {
+        "subset_simulation": (wd.subset_simulation, rare | {"level_probability": 0.2}),
+        "importance_sampling": (wd.importance_sampling, rare | {"centres": [[1.5, 1.5]]}),
         "GroundMotion": (wd.GroundMotion, {"acceleration": WAVE, "step": 0.02, "name": "a", "component": "N"}),
         "GroundMotion.resampled": (waves[0].resampled, {"step": 0.01}),
         "ShearBuilding": (wd.ShearBuilding, OF_BUILDING | {"gravity_load": [1e6, 1e6], "drift_capacity": [0.3, 0.3]}),

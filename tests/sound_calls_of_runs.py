@@ -109,6 +109,11 @@ def with_runs(folder: Path) -> dict[str, Call]:
             }
             | {"confidence": 0.9, "seed": 1},
         ),
+        "SceneLimitState": (
+            wd.SceneLimitState,
+            {"scene": replace(scene, excitation=ns["motions"][0]), "limit": 0.01}
+            | {"demand": "peak_storey_drift_ratio", "integration": wd.Integration(step=0.01)},
+        ),
         "sobol_indices": (
             wd.sobol_indices,
             {"scene": scene, "base_structures": 32, "confidence": 0.9, "seed": 1, "limits": None},

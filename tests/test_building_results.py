@@ -160,6 +160,8 @@ def test_what_does_not_belong_together_is_refused(stock):
         ),
     )
     refuses("the dataset has no damage counts: give the result of simulate", run=simulate(scene_of("cloud", CITY)))
+    larger = counted.assign(damage_limit=counted["damage_limit"] * 2)
+    refuses(r"the counts have the limit .* but the stock has .*DamageCounts\(stock.limits", run=larger)
     several = counted_of(scene_of("crossed", stock.portfolio))
     refuses(r"the counts mix 3 levels of intensity: use DamageCounts.*over=\('building', 'stripe'\)", run=several)
     fewer = INVENTORY[INVENTORY["id"] != INVENTORY["id"].iloc[stock.rows[-1]]]

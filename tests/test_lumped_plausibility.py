@@ -186,6 +186,10 @@ def test_plausible_structures_give_no_warning(call):
             lambda: with_factors("stiffness", [0.1, 0.05, 0.2]),
             ("given factor of stiffness is 0.05", "may be a deviation from 1: give 1 + deviation"),
         ),
+        (
+            lambda: with_factors("stiffness", [0.2, 0.15, 0.3]),
+            ("median of the given factors of stiffness is 0.2", "may be deviations from 1: give 1 + deviation"),
+        ),
         (lambda: tower(gravity_load=3924.0), ("gravity load over mass times g is 0.001", "given in kN")),
         (
             lambda: sliding(100e3),

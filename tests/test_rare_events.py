@@ -142,7 +142,8 @@ def test_importance_sampling_with_given_centres():
         (lambda z: z, {}, r"returned values of shape \(2000, 2\)"),
         (lambda z: 3 - z[:, 0], {"samples": 50}, "samples=50 per level are too few"),
         (lambda z: 3 - z[:, 0], {"samples": 1005}, "multiple of 10 .*samples=1010"),
-        (lambda z: 3 - z[:, 0], {"level_probability": 0.3}, "1 divided by a whole number"),
+        (lambda z: 3 - z[:, 0], {"level_probability": 0.3}, "1 divided by a whole number from 2 to 100"),
+        (lambda z: 3 - z[:, 0], {"level_probability": 5e-324}, "level_probability must be 1 divided"),
         (lambda z: 3 - z[:, 0], {"variables": 0}, "variables must be"),
         (lambda z: 3 - z[:, 0], {"variables": None}, "give variables="),
         (lambda z: 3 - z[:, 0], {"confidence": 1.5}, "confidence"),
@@ -163,6 +164,8 @@ def test_limit_states_that_are_not_functions_of_numbers():
 def test_importance_sampling_refuses():
     with pytest.raises(ValueError, match=r"centres must have the shape \[centre, 2\]"):
         wd.importance_sampling(lambda z: 3 - z[:, 0], 2, centres=[1.0, 2.0, 3.0])
+    with pytest.raises(ValueError, match=r"centres has a value of 300, .* not in physical units"):
+        wd.importance_sampling(lambda z: 3 - z[:, 0], 2, centres=[300.0, 2.0])
     with pytest.raises(ValueError, match="none of 200 samples failed, with 1 given centres: give centres= near"):
         wd.importance_sampling(lambda z: 9 - z[:, 0], 2, centres=[-1.0, 0.0], samples=200)
     with pytest.raises(ValueError, match="cannot choose a density for 100 variables"):

@@ -62,9 +62,10 @@ def building_results(
           `loss_standard_deviation`, in the currency of the costs.
 
     Raises:
-        ValueError: If the dataset has no counts by building; if the counts mix levels of stripes; if the stock or the
-            inventory belongs to another run; if a column of the inventory has the name of a result; if loss ratios are
-            missing for a damage state; or if losses are requested and buildings have no replacement cost.
+        ValueError: If the dataset has no counts by building; if the counts mix levels of stripes or have other limits
+            than the stock; if the stock or the inventory belongs to another run; if a column of the inventory has the
+            name of a result; if loss ratios are missing for a damage state; or if losses are requested and buildings
+            have no replacement cost.
         TypeError: If an argument has the wrong type.
 
     Example:
@@ -221,9 +222,28 @@ def check_run_of_stock(function: str, counted: xr.Dataset, stock: BuildingStock)
             else f"the archetypes {', '.join(run)} and the stock {', '.join(own)}"
         )
         raise ValueError(f"{function}: the run has {found}: pass the stock whose portfolio was run")
+    _check_limits(function, counted, stock)
     excitation = part_of_scene(counted, "excitation", '{"type":"Stripes"')
     if excitation is not None and len(excitation["levels"]) > 1 and "stripe" not in counted.coords:
         raise ValueError(
             f"{function}: the counts mix {len(excitation['levels'])} levels of intensity: use DamageCounts(..., "
             "over=('building', 'stripe')) and give one level, counted.sel(stripe=...)"
         )
+
+
+def _check_limits(function: str, counted: xr.Dataset, stock: BuildingStock) -> None:
+    """Raise a ValueError if damage states were counted with other limits than those of the stock."""
+    if "damage_limit" not in counted or counted["damage_limit"].dims != ("archetype", "damage_state"):
+        return
+    states = [str(state) for state in counted["damage_state"].values]
+    used = counted["damage_limit"].values
+    for row, (name, limits) in enumerate(stock.limits.items()):
+        own = np.array([limits.get(state, np.nan) for state in states[1:]])
+        differs = ~np.isclose(used[row, 1:], own, rtol=1e-9, atol=0.0, equal_nan=True)
+        if differs.any():
+            place = int(differs.argmax())
+            raise ValueError(
+                f"{function}: the counts have the limit {used[row, 1 + place]:g} for {states[1 + place]!r} of "
+                f"archetype {name!r}, but the stock has {own[place]:g}: run the scene with DamageCounts(stock.limits, "
+                "over='building'), or use wd.damage_shares for other limits"
+            )

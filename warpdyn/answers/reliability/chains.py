@@ -8,8 +8,8 @@ import numpy as np
 
 from warpdyn.answers.reliability.evaluation import Evaluation
 
-# Share of accepted candidates that the spread is adapted to, and the spread before the first adaptation (Papaioannou et
-# al. 2015, section 3.4).
+# Share of accepted candidates that the spread is adapted to (Papaioannou et al. 2015), and the spread before the first
+# adaptation.
 BEST_ACCEPTANCE, FIRST_SPREAD = 0.44, 0.6
 
 

@@ -11,7 +11,7 @@ from warpdyn.answers.fragility.lognormal_fit import check_confidence
 from warpdyn.answers.reliability.densities import Density, NormalsAtCentres, WithPlainShare, centred_at
 from warpdyn.answers.reliability.evaluation import Evaluation, LimitState
 from warpdyn.answers.reliability.intervals import probability_variables
-from warpdyn.answers.reliability.subset_simulation import levels_of
+from warpdyn.answers.reliability.subset_simulation import subset_levels
 from warpdyn.foundations.core.checks import finite_numbers, whole_number
 from warpdyn.foundations.core.messages import warn_caller
 from warpdyn.foundations.core.near_misses import suggests_names
@@ -20,6 +20,7 @@ from warpdyn.foundations.core.random_numbers import Purpose
 LEAST_SAMPLES = 100
 PILOT_SAMPLES, PILOT_PROBABILITY = 4000, 0.1  # of the subset simulation that finds failing samples
 MOST_VARIABLES = 40  # of a density that fits failing samples; measured up to this number
+FARTHEST = 40.0  # largest value of a centre; the probability beyond it is 0 in float64
 FEWEST_FAILURES = 30  # effective number of failing samples below which a standard error is unreliable
 
 
@@ -141,6 +142,11 @@ def _density_of(
                 f"centres must have the shape [centre, {evaluation.variables}], one standard normal value per "
                 f"variable, got {np.shape(centres)}"
             )
+        if (farthest := float(np.abs(points).max())) > FARTHEST:
+            raise ValueError(
+                f"centres has a value of {farthest:g}, but standard normal values are hardly ever beyond 8: give "
+                "points in standard normal variables, not in physical units"
+            )
         return NormalsAtCentres(points, np.full(len(points), 1 / len(points))), f"{len(points)} given centres"
     of_scene = getattr(evaluation.limit_state, "linear_events", lambda: None)()
     if of_scene is not None:
@@ -151,6 +157,6 @@ def _density_of(
             f"{MOST_VARIABLES}: use subset_simulation, whose error does not depend on the number of variables, or give "
             "centres="
         )
-    levels = levels_of(evaluation, PILOT_SAMPLES, PILOT_PROBABILITY, seed)
+    levels = subset_levels(evaluation, PILOT_SAMPLES, PILOT_PROBABILITY, seed)
     density = centred_at(levels.failures, generator)
     return density, f"{len(density.centres)} centres that fit {len(levels.failures)} failing samples"

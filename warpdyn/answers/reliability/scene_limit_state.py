@@ -52,10 +52,10 @@ class SceneLimitState:
     `simulate(scene, structures=N)`: motions and parameters have the same distributions. The samples of one call run in
     one launch of one kernel.
 
-    Times of peaks: a demand is the largest value at the ends of integration steps, in the time from `record_from` to the
-    end of the run (including `tail`). Values between steps do not count. The number of steps in an interval of the noise is the
-    same for all calls, except that samples with short periods have more steps. Give `integration` with a shorter
-    `step` for more frequent peaks.
+    Times of peaks: a demand is the largest value at the ends of integration steps, from `record_from` to the end of the
+    run (including `tail`). Values between steps do not count. All calls have the same number of steps in an interval of
+    the noise, except that samples with short periods have more steps. Give `integration` with a shorter `step` for more
+    frequent peaks.
 
     Args:
         scene: A scene of one structure under FilteredNoise, with random parameters or without scatter; or with random

@@ -20,7 +20,7 @@ from warpdyn.foundations.core.messages import warn_caller
 from warpdyn.foundations.core.near_misses import suggests_names
 from warpdyn.foundations.core.random_numbers import Purpose
 
-LEAST_SAMPLES, LEAST_CHAINS = 100, 10
+LEAST_SAMPLES, LEAST_CHAINS, LONGEST_CHAIN = 100, 10, 100
 SMALLEST = 1e-15  # probability below which the levels end with an error
 LEAST_ACCEPTANCE = 0.05  # chains with fewer accepted candidates hardly move
 
@@ -95,7 +95,7 @@ def subset_simulation(
         variables: Number of standard normal variables; None: that of the SceneLimitState.
         samples: Number of samples per level, a multiple of 1 / level_probability, at least 100.
         level_probability: Share of the samples of a level that are the seeds of the next level [1]: 1 divided by a
-            whole number of at least 2.
+            whole number from 2 to 100.
         confidence: Probability that the interval covers the true value [1].
         seed: Seed of the samples.
 
@@ -120,7 +120,7 @@ def subset_simulation(
     """
     check_confidence(confidence)
     evaluation = Evaluation("subset_simulation", limit_state, variables)
-    found = levels_of(evaluation, samples, level_probability, seed)
+    found = subset_levels(evaluation, samples, level_probability, seed)
     return xr.Dataset(
         {
             **probability_variables(
@@ -141,7 +141,7 @@ def subset_simulation(
     )
 
 
-def levels_of(evaluation: Evaluation, samples: int, level_probability: float, seed: int) -> Levels:
+def subset_levels(evaluation: Evaluation, samples: int, level_probability: float, seed: int) -> Levels:
     """Return the levels of a subset simulation; see `subset_simulation` for the arguments and errors."""
     function = evaluation.function
     count, length = _checked_sizes(samples, level_probability)
@@ -187,10 +187,10 @@ def _checked_sizes(samples: object, level_probability: object) -> tuple[int, int
     """Return the number of samples per level and of samples per chain, or raise a ValueError."""
     count = whole_number("samples", samples, 1)
     probability = real_number("level_probability", level_probability, above=0)
-    length = round(1 / probability)
-    if length < 2 or abs(length * probability - 1) > 1e-9:
+    length = round(1 / max(probability, 1 / LONGEST_CHAIN / 2))
+    if not 2 <= length <= LONGEST_CHAIN or abs(length * probability - 1) > 1e-9:
         raise ValueError(
-            f"level_probability must be 1 divided by a whole number of at least 2, such as 0.1 or 0.2, got "
+            f"level_probability must be 1 divided by a whole number from 2 to {LONGEST_CHAIN}, such as 0.1 or 0.2, got "
             f"{probability:g}"
         )
     least = max(LEAST_SAMPLES, LEAST_CHAINS * length)

@@ -20,6 +20,7 @@ from warpdyn.foundations.core.messages import warn_caller
 from warpdyn.foundations.core.near_misses import suggests_names
 from warpdyn.foundations.core.random_numbers import Purpose
 from warpdyn.model.scene.scene import Scene
+from warpdyn.model.scene.sobol_points import SobolPoints
 
 LEAST_BASE = 32  # fewer structures of each set give indices far outside 0 to 1
 SAME = 1e-12  # outputs whose relative differences are smaller are equal except for rounding
@@ -96,7 +97,8 @@ def sobol_indices(
 
     variables, structures = inputs.variables, count * (len(inputs.names) + 2)
     check_memory(f"sobol_indices of {structures:,} structures", 32.0 * variables * structures, "reduce base_structures")
-    points = stats.qmc.Sobol(2 * variables, rng=np.random.default_rng([seed, Purpose.POINTS])).random(count)
+    sequence = SobolPoints(2 * variables, np.random.default_rng([seed, Purpose.POINTS]), count)
+    points = sequence.at(np.arange(count))
     normals = ndtri(np.clip(points.T, LEAST_POINT, 1 - 2.0**-53))
     first, second = normals[:variables], normals[variables:]
     mixed = []

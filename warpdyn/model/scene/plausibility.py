@@ -105,6 +105,9 @@ def _add_structure(
         if isinstance(spread, GivenFactors) or (isinstance(spread, GivenValues) and structure.is_scaled):
             given = np.where(spread.values > 0, spread.values, np.nan)  # 0 is valid for damping; others are errors
             findings.add("given_factor", given, f" of {name}{where}")
+            # Damping may be varied from 0 to several times the nominal one.
+            if name not in ("damping", "damping_ratio") and np.isfinite(given).any():
+                findings.add("median_given_factor", np.nanmedian(given), f" of {name}{where}")
         if isinstance(spread, RandomFactor | RandomValue):
             low, high = spread.distribution.from_standard_normal(np.array([0.0, 2.0]))  # median and 98 % quantile
             if isinstance(spread, RandomFactor):

@@ -88,6 +88,11 @@ CHECKS: Mapping[str, Check] = {
         | {"it may be a deviation from 1: give 1 + deviation": lambda factor: factor < 1}
         | {"it may be a value rather than a factor: GivenValues takes it": lambda factor: factor > 1},
     ),
+    "median_given_factor": Check(
+        *("median of the given factors", "1", 0.6, 3.0),
+        {"they may be deviations from 1: give 1 + deviation": lambda factor: factor < 1}
+        | {"they may be deviations or dispersions, of which RandomFactor(Lognormal(1.0, dispersion)) takes one": None},
+    ),
     "random_value": Check(
         *("random value over the nominal one", "1", 1e-2, 1e2),
         {
