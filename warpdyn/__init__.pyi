@@ -132,6 +132,9 @@ from .model.ground_motions.selection.record_spectra import RecordSpectra as Reco
 from .model.ground_motions.selection.result import RecordSelection as RecordSelection
 from .model.ground_motions.selection.select import select_records as select_records
 from .model.ground_motions.selection.target import TargetSpectrum as TargetSpectrum
+from .model.ground_motions.synthetic.motions import synthetic_motions as synthetic_motions
+from .model.ground_motions.synthetic.pulses import VelocityPulse as VelocityPulse
+from .model.ground_motions.synthetic.regressions import RezaeianDerKiureghian as RezaeianDerKiureghian
 from .model.scene.distributions.closed_form import Lognormal as Lognormal, Normal as Normal, Uniform as Uniform
 from .model.scene.distributions.numerical import Empirical as Empirical, Truncated as Truncated
 from .model.scene.portfolio import Archetype as Archetype, Portfolio as Portfolio
