@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from selection_library import median, sigma
+from validation import difference, relative_difference
 
 import warpdyn as wd
 from warpdyn.model.ground_motions.measures.one_component import AverageSpectralAcceleration
@@ -43,16 +44,26 @@ BOORE = np.array(
 ONE, PERIODS = wd.SpectralAcceleration(1.0), np.array([0.2, 0.5, 0.75, 1.0, 2.0])
 
 
-def test_correlations_are_those_of_the_publication():
+def test_correlations_are_those_of_the_publication(measured):
     first, second, expected = np.array(CORRELATIONS).T
-    np.testing.assert_allclose(wd.spectral_correlation(first, second), expected, atol=5.1e-7)  # printed digits
+    measured(
+        "correlations of spectral accelerations at 12 pairs of periods",
+        truth="Baker and Jayaram (2008), recomputed by another program and printed with six digits",
+        value=difference(wd.spectral_correlation(first, second), expected),
+        bound=5.1e-7,
+    )
     np.testing.assert_array_equal(wd.spectral_correlation(first, second), wd.spectral_correlation(second, first))
 
 
-def test_a_conditional_spectrum_of_a_ground_motion_model():
+def test_a_conditional_spectrum_of_a_ground_motion_model(measured):
     period, of_model, spread, expected, left = BOORE.T
     target = wd.conditional_spectrum(period, of_model, spread, wd.SpectralAcceleration(1.5), epsilon=1.9)
-    np.testing.assert_allclose(target.median, expected, rtol=5e-6)  # printed digits of median and result
+    measured(
+        "medians of a conditional spectrum for the ground-motion model of Boore et al. (2014)",
+        truth="another program, with the correlation of Baker and Jayaram (2008), printed with six digits",
+        value=relative_difference(target.median, expected),
+        bound=5e-6,
+    )
     np.testing.assert_allclose(target.dispersion, left, atol=2e-6)
     assert target.level == pytest.approx(0.742531, rel=3e-6)
 

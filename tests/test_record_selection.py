@@ -13,6 +13,7 @@ from selection_library import PERIODS, ln_library, median, sigma
 import warpdyn as wd
 from warpdyn.model.ground_motions.selection.greedy import Problem, _kolmogorov_smirnov, improved, largest_errors
 
+pytestmark = pytest.mark.filterwarnings("ignore:select_records. the records do not agree")
 ONE = wd.SpectralAcceleration(1.0)
 # Indices of the reference: starting set, and selected records after two and after four passes.
 START = "753 847 724 154 208 462 1237 1788 463 1823 815 1700 283 1928 179 170 742 372 1824 1119 1176 1742 369 1874 1534"
@@ -40,7 +41,7 @@ def target():
 
 
 @pytest.mark.fast
-def test_greedy_improvement_selects_the_records_of_the_reference(target):
+def test_greedy_improvement_selects_the_records_of_the_reference(target, measured):
     spectra = ln_library()
     assert spectra.sum() == pytest.approx(-96032.1452, abs=1e-3)  # the library is that of the reference
     factors = target.level / np.exp(spectra[:, 13])
@@ -53,7 +54,12 @@ def test_greedy_improvement_selects_the_records_of_the_reference(target):
     start = np.searchsorted(allowed, indices(START))
     for passes, expected in ((0, START), (2, TWO), (4, FOUR)):
         chosen, used = improved(problem, start, problem.factors[start], passes)
-        np.testing.assert_array_equal(allowed[chosen], indices(expected))
+        measured(
+            "records that differ from those that the greedy selection of Baker and Lee (2018) selects",
+            truth="another program, 30 of 860 records after 0, 2 and 4 passes",
+            value=np.count_nonzero(allowed[chosen] != indices(expected)),
+            bound=0,
+        )
         scaled = problem.spectra[chosen] + np.log(used)[:, None]
         np.testing.assert_allclose(largest_errors(target, scaled), ERRORS[expected], rtol=5e-6)  # printed digits
 
@@ -168,6 +174,14 @@ def test_bounds_are_satisfied(screened, target):
 def test_refused(screened, target, arguments, message):
     with pytest.raises(ValueError, match=message):
         wd.select_records(screened, target, **{"number": 20} | arguments)
+
+
+@pytest.mark.fast
+@pytest.mark.filterwarnings("default")
+def test_a_selection_that_differs_from_its_target_is_reported(library):
+    far = wd.TargetSpectrum(PERIODS, median(PERIODS) * PERIODS**-2, sigma(PERIODS))
+    with pytest.warns(UserWarning, match=r"the median at 0.05 s is 0.\d+ times that of the target"):
+        wd.select_records(library, far, 10, passes=0)
 
 
 @pytest.mark.fast

@@ -30,6 +30,7 @@ from warpdyn.model.ground_motions.selection.target import TargetSpectrum
 
 STATISTICS = ("moments", "kolmogorov_smirnov")
 PLAUSIBLE_FACTOR = 10.0  # a larger bound of the scale factor gives a warning
+PLAUSIBLE_ERROR = 0.2  # a larger relative error of the median or the standard deviation gives a warning
 FEW = 2.0  # fewer than this multiple of `number` candidates give a warning
 
 
@@ -128,7 +129,32 @@ def select_records(
         _selected(records, target, number, bound, bounds, events, settings, tolerance, passes, (seed, place))
         for place, target in enumerate(row)
     ]
-    return RecordSelection(records, tuple(found))
+    selection = RecordSelection(records, tuple(found))
+    _warn_of_errors(selection, max(tolerance, PLAUSIBLE_ERROR))
+    return selection
+
+
+def _warn_of_errors(selection: RecordSelection, most: float) -> None:
+    """Warn if the selection differs much from its targets, with the period of the largest difference."""
+    found = []
+    for place, (each, errors) in enumerate(zip(selection.levels, selection.largest_errors, strict=True)):
+        if max(errors) <= most:
+            continue
+        target, scaled = each.target, selection.spectra(place)
+        ratio = np.exp(scaled.mean(axis=0) - target.mean)
+        worst = int(np.argmax(np.abs(ratio - 1)))
+        level = "" if target.level is None else f"level {target.level:.3g} g: "
+        found.append(
+            f"- {level}the median at {np.asarray(target.periods)[worst]:.3g} s is {ratio[worst]:.2f} times that of the "
+            f"target, and a standard deviation differs by {100 * errors[1]:.0f} %"
+        )
+    if found:
+        listed = "\n".join(found)
+        warn_caller(
+            f"select_records: the records do not agree with the target:\n{listed}\nToo few of the records have such "
+            "spectra. Add records, widen scale= or other bounds, select fewer records, or give a target at the periods "
+            "of the structure"
+        )
 
 
 _ADVICE = "give wd.RecordSpectra.from_motions(motions, periods), or the spectra of a flat file"
