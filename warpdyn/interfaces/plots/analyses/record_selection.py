@@ -48,7 +48,7 @@ def record_selection(
 
     Example:
         >>> spectra = wd.RecordSpectra.from_motions(motions, periods=[0.1, 0.3, 1.0])
-        >>> target = wd.TargetSpectrum([0.1, 0.3, 1.0], [0.6, 0.8, 0.2], [0.3, 0.3, 0.4], wd.SpectralAcceleration(0.3))
+        >>> target = wd.TargetSpectrum([0.1, 0.3, 1.0], [0.8, 0.4, 0.14], [0.3, 0.0, 0.4], wd.SpectralAcceleration(0.3))
         >>> figure = wd.plots.record_selection(wd.select_records(spectra, target, number=4))
     """
     check_kind("plots.record_selection", "a RecordSelection", selection, RecordSelection, ADVICE)

@@ -92,7 +92,7 @@ def check_enough(number: int, available: int, records: int, left: dict[str, int]
 
 
 def events_of(records: RecordSpectra) -> np.ndarray:
-    """Return the index of the event of each record; records without an event are events of their own."""
+    """Return the index of the event of each record; each record without an event counts as a separate event."""
     assert records.table is not None
     if "event" not in records.table:
         return np.arange(records.number)

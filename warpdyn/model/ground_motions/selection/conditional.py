@@ -16,7 +16,7 @@ from warpdyn.model.ground_motions.measures.measure import IntensityMeasure
 from warpdyn.model.ground_motions.measures.one_component import AverageSpectralAcceleration, SpectralAcceleration
 from warpdyn.model.ground_motions.response_spectra import checked_periods
 from warpdyn.model.ground_motions.selection.correlation import spectral_correlation
-from warpdyn.model.ground_motions.selection.target import TargetSpectrum, place_of
+from warpdyn.model.ground_motions.selection.target import TargetSpectrum, index_of_period
 
 Correlation = Callable[[np.ndarray, np.ndarray], np.ndarray]
 
@@ -48,8 +48,8 @@ def conditional_spectrum(
         dispersion: Standard deviation of ln Sa [1], as `median`.
         conditioning: SpectralAcceleration(period), or AverageSpectralAcceleration(periods).
         level: Level of the conditioning measure [g].
-        epsilon: Number of standard deviations between the level and the median, instead of `level`; only for one
-            scenario.
+        epsilon: Number of standard deviations between the level and the median [1], instead of `level`; only for
+            one scenario.
         weights: Share of each scenario [1], shape [scenario]; they are divided by their sum. None: equal shares.
         correlation: Function of two arrays of periods [s] that returns the correlation of ln Sa.
 
@@ -75,7 +75,7 @@ def conditional_spectrum(
     means, sigmas = _scenarios(median, dispersion, row.size)
     shares = _shares(weights, means.shape[0])
     rho = np.asarray(correlation(row[:, None], row[None, :]), float)
-    places = _places(conditioning, row)
+    places = _places_of_measure(conditioning, row)
     # ln of the conditioning measure is the mean of ln Sa at these periods.
     of_measure = means[:, places].mean(axis=1)
     covariances = rho * sigmas[:, :, None] * sigmas[:, None, :]
@@ -133,7 +133,7 @@ def _shares(weights: ArrayLike | None, scenarios: int) -> np.ndarray:
     return shares / shares.sum()
 
 
-def _places(conditioning: IntensityMeasure, periods: np.ndarray) -> list[int]:
+def _places_of_measure(conditioning: IntensityMeasure, periods: np.ndarray) -> list[int]:
     """Return the indices of the periods of the conditioning measure."""
     if isinstance(conditioning, SpectralAcceleration):
         wanted: tuple[float, ...] = (conditioning.period,)
@@ -144,7 +144,7 @@ def _places(conditioning: IntensityMeasure, periods: np.ndarray) -> list[int]:
             "conditional_spectrum: conditioning must be wd.SpectralAcceleration(period) or "
             f"wd.AverageSpectralAcceleration(periods), got {conditioning!r}"
         )
-    found = [place_of(periods, period) for period in wanted]
+    found = [index_of_period(periods, period) for period in wanted]
     missing = [period for period, place in zip(wanted, found, strict=True) if place is None]
     if missing:
         raise ValueError(
@@ -178,6 +178,7 @@ def read_openquake_spectrum(
 
     Raises:
         ValueError: If columns are missing, a value is out of range, or the conditioning period is not in the file.
+        TypeError: If `conditioning` is not a SpectralAcceleration.
         FileNotFoundError: If the file does not exist.
 
     Example:
@@ -207,7 +208,7 @@ def _of_rows(
     """Return the target in the rows of one probability of exceedance."""
     rows = rows[rows["period"] > 0].sort_values("period")
     periods, sigma = rows["period"].to_numpy(float), rows["std"].to_numpy(float, copy=True)
-    place = place_of(periods, conditioning.period) if periods.size else None
+    place = index_of_period(periods, conditioning.period) if periods.size else None
     if place is None:
         raise ValueError(
             f"{path} has no row for the conditioning period {conditioning.period:g} s: its periods are "

@@ -12,11 +12,10 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.special import ndtr, ndtri
-from scipy.stats import skew
 
 from warpdyn.model.ground_motions.selection.target import TargetSpectrum
 
-TRIALS = 20  # sets of simulated spectra, of which the best is used
+TRIALS = 20  # sets of simulated spectra; the best set is used
 GRID = 0.1  # spacing of the scale factors that are tried if the target is unconditional
 LARGE = np.inf
 
@@ -79,10 +78,16 @@ def simulated_spectra(
         error = weights[0] * np.sum(spectra.mean(axis=0) ** 2) + weights[1] * np.sum((spectra.std(axis=0) - sigma) ** 2)
         varying = sigma > 0
         if varying.any() and number > 2:
-            error += weights[2] * np.sum(skew(spectra[:, varying], axis=0) ** 2)
+            error += weights[2] * np.sum(_skewness(spectra[:, varying]) ** 2)
         if error < least:
             best, least = spectra, error
     return target.mean + best
+
+
+def _skewness(values: np.ndarray) -> np.ndarray:
+    """Return the skewness of each column."""
+    centred = values - values.mean(axis=0)
+    return np.mean(centred**3, axis=0) / np.mean(centred**2, axis=0) ** 1.5
 
 
 def nearest_records(problem: Problem, simulated: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -116,7 +121,7 @@ def improved(
     passes: int,
     is_good: Callable[[np.ndarray], bool] = lambda spectra: False,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return a selection after greedy improvement: each record in turn is replaced by the best candidate.
+    """Return a selection after greedy improvement: each record is replaced by the best candidate, one after the other.
 
     Args:
         problem: Candidates and error measure.

@@ -31,6 +31,7 @@ def ground_motion_model(model: str, periods: ArrayLike, parameters: dict[str, fl
         ModuleNotFoundError: If openquake.hazardlib is not installed.
         ValueError: If the model is unknown, a parameter is missing, unknown or not a finite number, or the model does
             not have one of the periods.
+        TypeError: If `model` is not text, or `parameters` is not a dict.
 
     Example:
         >>> periods = [0.2, 0.5, 1.0]  # s

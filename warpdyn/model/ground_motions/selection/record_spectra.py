@@ -53,6 +53,7 @@ class RecordSpectra(FrozenArrays):
     Raises:
         ValueError: If shapes differ, a spectral acceleration is not finite and above 0, or a value in the table is not
             a number.
+        TypeError: If the table is not a DataFrame.
 
     Example:
         >>> spectra = wd.RecordSpectra.from_motions(motions, periods=[0.1, 0.3, 1.0])
@@ -129,6 +130,8 @@ class RecordSpectra(FrozenArrays):
             table = pd.DataFrame({"name": [motion.name for motion in given]})
             if not pairs and all(motion.record for motion in given):
                 table["event"] = [motion.record for motion in given]
+        elif isinstance(table, pd.DataFrame) and "name" not in table and len(table) == len(given):
+            table = table.assign(name=[motion.name for motion in given])
         if not pairs:
             spectra = response_spectra(given, row)["pseudo_spectral_acceleration"].values[:, 0]
             return cls(row, spectra / STANDARD_GRAVITY, table, "", given)

@@ -42,21 +42,20 @@ class LevelSelection(FrozenArrays):
 class RecordSelection:
     """Records that `select_records` selected, with their scale factors, for one or several targets.
 
-    Attributes:
+    Args:
         records: The spectra of all records.
         levels: The selection for each target: `target`, `records` (indices), `factors`, and `left` (number of records
             that each bound leaves).
 
     Example:
         >>> spectra = wd.RecordSpectra.from_motions(motions, periods=[0.1, 0.3, 1.0])
-        >>> measure, sigma = wd.SpectralAcceleration(0.3), [0.3, 0.0, 0.4]
-        >>> targets = [wd.TargetSpectrum([0.1, 0.3, 1.0], [0.8 * a, a, 0.3 * a], sigma, measure) for a in (0.4, 0.8)]
-        >>> with wd.meant_as_given("intensity_level"):
-        ...     selection = wd.select_records(spectra, targets, number=4)
+        >>> measure, shape, sigma = wd.SpectralAcceleration(0.3), np.array([2.0, 1.0, 0.35]), [0.3, 0.0, 0.4]
+        >>> targets = [wd.TargetSpectrum([0.1, 0.3, 1.0], a * shape, sigma, measure) for a in (0.4, 0.8)]  # g
+        >>> selection = wd.select_records(spectra, targets, number=4)
         >>> selection
         RecordSelection(4 records for each of 2 targets)
-        >>> selection.stripes()
-        Stripes(6 motions, Sa(0.3 s, 5 %) at 2 levels, each with its own motions)
+        >>> selection.stripes().levels
+        array([0.4, 0.8])
     """
 
     records: RecordSpectra

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from warpdyn.foundations.core.checks import check_kind, one_of, real_number, shortened, whole_number
+from warpdyn.foundations.core.checks import check_kind, finite_numbers, one_of, real_number, shortened, whole_number
 from warpdyn.foundations.core.messages import warn_caller
 from warpdyn.foundations.core.near_misses import suggests_names
 from warpdyn.foundations.core.random_numbers import Purpose
@@ -54,8 +54,8 @@ def select_records(
     """Select records whose response spectra have the mean and the standard deviation of a target.
 
     Spectra are simulated from the target distribution (Latin hypercube sampling), the record nearest to each of them is
-    chosen, and then each record in turn is replaced by the candidate with the smallest error. Each target is selected
-    for separately; a record may be selected for several targets.
+    chosen, and then the records are replaced one after the other by the candidates with the smallest error. The
+    selection is separate for each target; a record may be selected for several targets.
 
     If a target has a conditioning measure, every record is scaled to its level. Otherwise the scale factors are chosen
     from 0.1, 0.2, ... within `scale`. `scale=(1, 1)` selects unscaled records.
@@ -68,13 +68,13 @@ def select_records(
         targets: One target, or one per level of the conditioning measure.
         number: Number of records per target.
         scale: Smallest and largest scale factor [1].
-        magnitude: Smallest and largest magnitude; None: no bound. Records with a missing value do not satisfy a bound.
+        magnitude: Smallest and largest magnitude [1]; None: no bound. Records with a missing value do not satisfy it.
         distance: Smallest and largest distance [km], as `magnitude`.
         vs30: Smallest and largest time-averaged shear-wave velocity of the upper 30 m [m/s], as `magnitude`.
         most_per_event: Largest number of records of one event per target; None: no limit.
         statistic: "moments": sum of squared errors of mean and standard deviation; "kolmogorov_smirnov": sum over
             periods of the Kolmogorov-Smirnov statistic.
-        weights: Weights of the errors of mean, standard deviation and (of simulated spectra) skewness.
+        weights: Weights of the errors of mean, standard deviation and (of simulated spectra) skewness [1].
         tolerance: The passes end if the largest relative errors of median and standard deviation are below it [1].
         passes: Largest number of passes of the greedy improvement.
         seed: Seed of the simulated spectra.
@@ -89,10 +89,9 @@ def select_records(
 
     Example:
         >>> spectra = wd.RecordSpectra.from_motions(motions, periods=[0.1, 0.3, 1.0])
-        >>> target = wd.TargetSpectrum([0.1, 0.3, 1.0], [0.6, 0.8, 0.2], [0.3, 0.3, 0.4], wd.SpectralAcceleration(0.3))
-        >>> with wd.meant_as_given("intensity_level"):
-        ...     selection = wd.select_records(spectra, target, number=4)
-        >>> selection.table()["scale_factor"].between(0.2, 5).all()
+        >>> target = wd.TargetSpectrum([0.1, 0.3, 1.0], [0.8, 0.4, 0.14], [0.3, 0.0, 0.4], wd.SpectralAcceleration(0.3))
+        >>> selection = wd.select_records(spectra, target, number=4)
+        >>> bool(selection.table()["scale_factor"].between(0.2, 5).all())
         True
     """
     check_kind("select_records", "RecordSpectra", records, RecordSpectra, _ADVICE, argument="records")
@@ -115,8 +114,8 @@ def select_records(
         name: checked_bounds(name, given)
         for name, given in (("magnitude", magnitude), ("distance", distance), ("vs30", vs30))
     }
-    shares = tuple(real_number("select_records: weights", each, least=0) for each in weights)
-    if len(shares) != 3 or shares[0] + shares[1] <= 0:
+    shares = finite_numbers("select_records: weights", weights)
+    if shares.shape != (3,) or np.any(shares < 0) or shares[0] + shares[1] <= 0:
         raise ValueError(f"select_records: weights must be 3 numbers, such as (1.0, 2.0, 0.3), got {weights!r}")
     events = events_of(records)
     if most_per_event is not None and records.table is not None and "event" not in records.table:
@@ -124,7 +123,7 @@ def select_records(
             "select_records: most_per_event needs the event of each record: add a column 'event' to the table of the "
             "records, or remove most_per_event="
         )
-    settings = {"weights": shares, "statistic": statistic, "most_per_event": most}
+    settings = {"weights": tuple(shares.tolist()), "statistic": statistic, "most_per_event": most}
     found = [
         _selected(records, target, number, bound, bounds, events, settings, tolerance, passes, (seed, place))
         for place, target in enumerate(row)

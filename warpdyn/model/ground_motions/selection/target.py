@@ -80,9 +80,12 @@ class TargetSpectrum(FrozenArrays):
             return
         kinds = SpectralAcceleration | AverageSpectralAcceleration
         if not isinstance(measure, kinds):
-            check_kind("TargetSpectrum", "wd.SpectralAcceleration(period)", measure, SpectralAcceleration)
+            check_kind(
+                *("TargetSpectrum", "wd.SpectralAcceleration(period)", measure, SpectralAcceleration),
+                argument="conditioning",
+            )
         if isinstance(measure, SpectralAcceleration):
-            index = place_of(np.asarray(self.periods), measure.period)
+            index = index_of_period(np.asarray(self.periods), measure.period)
             if index is None:
                 raise ValueError(
                     f"TargetSpectrum: the conditioning period {measure.period:g} s is not one of periods="
@@ -124,7 +127,7 @@ class TargetSpectrum(FrozenArrays):
         periods = np.asarray(self.periods)
         if not isinstance(self.conditioning, SpectralAcceleration):
             return np.zeros(periods.size, bool)
-        return np.arange(periods.size) == place_of(periods, self.conditioning.period)
+        return np.arange(periods.size) == index_of_period(periods, self.conditioning.period)
 
     def __repr__(self) -> str:
         periods = np.asarray(self.periods)
@@ -134,7 +137,7 @@ class TargetSpectrum(FrozenArrays):
         return said + ")"
 
 
-def place_of(periods: np.ndarray, period: float) -> int | None:
+def index_of_period(periods: np.ndarray, period: float) -> int | None:
     """Return the index of a period in a row of periods; None if no period is equal except for printed digits."""
     index = int(np.argmin(np.abs(np.log(periods / period))))
     return index if abs(periods[index] - period) <= SAME * 0.01 * period else None

@@ -68,7 +68,7 @@ def synthetic_motions(
         >>> len(motions), motions[0].step
         (2, 0.01)
     """
-    values, index = _checked(parameters)
+    values, index = _checked_parameters(parameters)
     seed = whole_number("synthetic_motions: seed", seed, 0)
     step = real_number("synthetic_motions: step [s]", step, above=0)
     corner = real_number("synthetic_motions: high_pass [Hz]", high_pass, above=0)
@@ -134,7 +134,7 @@ def _filter(corner: float, step: float) -> np.ndarray:
     return np.concatenate([rows.ravel(), [w**2, 2 * w]])
 
 
-def _checked(parameters: pd.DataFrame) -> tuple[dict[str, np.ndarray], np.ndarray]:
+def _checked_parameters(parameters: pd.DataFrame) -> tuple[dict[str, np.ndarray], np.ndarray]:
     """Return the columns of a table of parameters, and the indices of the motions."""
     if not isinstance(parameters, pd.DataFrame):
         raise TypeError(

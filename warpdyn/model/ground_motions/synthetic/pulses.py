@@ -38,7 +38,7 @@ class VelocityPulse:
     Example:
         >>> pulse = wd.VelocityPulse(amplitude=0.8, frequency=0.4, oscillations=1.5, time=4.0)
         >>> pulse.velocity([2.0, 4.0])
-        array([0.  , 0.8 ])
+        array([0. , 0.8])
         >>> near_fault = pulse.added_to(motions[0])
     """
 
@@ -97,8 +97,8 @@ class VelocityPulse:
         duration = real_number("VelocityPulse.motion: duration [s]", duration, above=0)
         if duration / step > MOST_SAMPLES:
             raise ValueError(
-                f"VelocityPulse.motion: {duration:g} s at steps of {step:g} s are more than {MOST_SAMPLES} samples: "
-                "give a longer step="
+                f"VelocityPulse.motion: duration={duration:g} s at step={step:g} s has over {MOST_SAMPLES} samples: "
+                "give a shorter duration= or a longer step="
             )
         self._check_start()
         time = step * np.arange(max(2, round(duration / step) + 1))

@@ -68,14 +68,14 @@ class RezaeianDerKiureghian:
     Broadband Platform of SCEC.
 
     Args:
-        magnitude: Moment magnitude.
+        magnitude: Moment magnitude [1].
         distance: Closest distance to the rupture [km].
         vs30: Time-averaged shear-wave velocity of the upper 30 m [m/s].
         mechanism: "strike_slip" or "reverse".
-        arias_intercept: Constant of the regression of the Arias intensity. Sources differ: -2.2962 is the constant of
-            the Broadband Platform; with -1.844 and `arias_factor=np.pi / 2`, medians of Sa are 1.08 to 1.12 times those
-            of the default.
-        arias_factor: The regression gives this factor times the integral of the squared acceleration in g [g2 s].
+        arias_intercept: Constant of the regression of the Arias intensity [1]. Sources differ: -2.2962 is the constant
+            of the Broadband Platform; with -1.844 and `arias_factor=np.pi / 2`, medians of Sa are 1.08 to 1.12 times
+            those of the default.
+        arias_factor: The regression gives this factor [1] times the integral of the squared acceleration in g [g2 s].
 
     Raises:
         ValueError: If a value is out of range, or the mechanism is unknown.
