@@ -41,9 +41,10 @@ class Purpose(IntEnum):
     BETWEEN_EARTHQUAKES = 9  # residuals of intensity fields, once for all fields
     WITHIN_EARTHQUAKES = 10
     ROAD = 11  # phases of waves in a road profile; the index is that of the profile
-    RECORD_SELECTION = 12  # simulated spectra, once per target
+    RARE_EVENTS = 12  # samples of subset simulation and importance sampling, once per call
     SYNTHETIC_PARAMETERS = 13  # parameters of synthetic motions; `sample` is then the index of the motion
     SYNTHETIC_NOISE = 14  # white noise of synthetic motions, as above
+    RECORD_SELECTION = 15  # simulated spectra, once per target
 
 
 def key_of(seed: int) -> int:
