@@ -143,6 +143,19 @@ from .model.ground_motions.motions_at_sites import MotionsAtSites as MotionsAtSi
 from .model.ground_motions.pairs_of_motions import PairOfMotions as PairOfMotions
 from .model.ground_motions.response_spectra import response_spectra as response_spectra
 from .model.ground_motions.roads.profiles import RandomRoad as RandomRoad, RoadBump as RoadBump, SineRoad as SineRoad
+from .model.ground_motions.selection.conditional import (
+    conditional_spectrum as conditional_spectrum,
+    read_openquake_spectrum as read_openquake_spectrum,
+)
+from .model.ground_motions.selection.correlation import spectral_correlation as spectral_correlation
+from .model.ground_motions.selection.models import ground_motion_model as ground_motion_model
+from .model.ground_motions.selection.record_spectra import RecordSpectra as RecordSpectra
+from .model.ground_motions.selection.result import RecordSelection as RecordSelection
+from .model.ground_motions.selection.select import select_records as select_records
+from .model.ground_motions.selection.target import TargetSpectrum as TargetSpectrum
+from .model.ground_motions.synthetic.motions import synthetic_motions as synthetic_motions
+from .model.ground_motions.synthetic.pulses import VelocityPulse as VelocityPulse
+from .model.ground_motions.synthetic.regressions import RezaeianDerKiureghian as RezaeianDerKiureghian
 from .model.scene.distributions.closed_form import Lognormal as Lognormal, Normal as Normal, Uniform as Uniform
 from .model.scene.distributions.numerical import Empirical as Empirical, Truncated as Truncated
 from .model.scene.portfolio import Archetype as Archetype, Portfolio as Portfolio
