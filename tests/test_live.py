@@ -285,6 +285,7 @@ def test_a_scene_that_cannot_be_integrated_live_is_refused(given, message):
         ({"patience": -1.0}, "patience"),
         ({"sampling_step": 0.0}, "sampling_step"),
         ({"integration": wd.Integration(target_error=0.01)}, "wd.plan"),
+        ({"integration": wd.Integration(method="dormand_prince54")}, "adaptive steps.*method='rk4'"),
         ({"integration": wd.Integration(step=STEP, resample=True)}, "sampling_step="),
     ],
 )

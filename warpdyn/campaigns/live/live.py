@@ -12,7 +12,7 @@ from warpdyn.campaigns.accuracy.scattered_steps import shorten_steps
 from warpdyn.campaigns.integration.run import build_run
 from warpdyn.campaigns.integration.settings import Execution, Integration
 from warpdyn.campaigns.integration.stability_guard import guard
-from warpdyn.campaigns.live.accepted_scenes import check_scene
+from warpdyn.campaigns.live.accepted_scenes import check_method, check_scene
 from warpdyn.campaigns.live.answers import QUANTILES, Answers
 from warpdyn.campaigns.live.finishing import finished, scene_of_record
 from warpdyn.campaigns.live.packets.arriving import Arriving
@@ -113,6 +113,7 @@ class Live:
         tracks = (Track(packet_step, patience, longest_gap),) * max(1, scene.excitation.base_components)
         self.arriving = Arriving(Receiver(tracks, packet_step, self.step, factor))
         run = build_run(scene, self.structures, integration, self.execution, seed)
+        check_method(run.integration.method, scene.structure.family)
         queue = open_queues(run.execution.devices, run.model.threads)[0]
         [(ensemble, vibration)] = run.events(np.arange(self.structures), queue)
         findings = run.findings[0]

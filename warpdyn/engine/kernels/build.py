@@ -11,6 +11,7 @@ from dataclasses import replace
 import warp as wp
 
 from warpdyn.engine.device.processor import has_wide_registers
+from warpdyn.engine.kernels.composing.source_text import name_of
 from warpdyn.engine.kernels.composing.user_recorders import Recorder, users_of
 from warpdyn.engine.kernels.composition import Composed, compose, kernel_of
 from warpdyn.engine.kernels.kernel_cache import THREADS_OF_A_BLOCK, loaded
@@ -27,6 +28,7 @@ from warpdyn.engine.kernels.plan import (
     paused_struct,
     values_held,
 )
+from warpdyn.engine.kernels.registry import all_parts
 from warpdyn.engine.kernels.skeletons.dense import integrate_dense
 from warpdyn.engine.kernels.skeletons.explicit_chain import integrate_chain
 from warpdyn.engine.kernels.skeletons.explicit_lumped import integrate_lumped
@@ -57,8 +59,9 @@ def composed(plan: Plan) -> Composed:
 @functools.cache
 def pausing_of(plan: Plan) -> Pausing:
     """Return the source of a plan's kernel that can pause, and the variables that it loads and stores."""
-    whole = compose(SKELETONS[plan.family, plan.kind], plan)
-    return pausing(whole, paused_struct(plan.dtype), plan.lanes, DTYPES[plan.dtype])
+    skeleton = SKELETONS[plan.family, plan.kind]
+    parts = {name_of(part) for part in all_parts() if part.wanted(plan)} | {skeleton.__module__.rpartition(".")[2]}
+    return pausing(compose(skeleton, plan), parts, paused_struct(plan.dtype), plan.lanes, DTYPES[plan.dtype])
 
 
 @functools.cache

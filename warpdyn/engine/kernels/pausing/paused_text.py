@@ -7,13 +7,12 @@ those of the kernel that does not pause, so that both compute the same bits.
 """
 
 import ast
-import functools
+from collections.abc import Collection
 from itertools import groupby
 from typing import Any, NamedTuple
 
 import warp as wp
 
-from warpdyn.engine.kernels.composing.source_text import names_of
 from warpdyn.engine.kernels.composing.syntax import syntax_tree
 from warpdyn.engine.kernels.composition import Composed
 from warpdyn.engine.kernels.pausing.liveness import PHASE, interval_loop, live_names, set_in
@@ -32,6 +31,19 @@ ARRAYS = {wp.int32: "whole", wp.float64: "real64", wp.float32: "real"}
 # Variables that depend on the end of the run, which may not be known yet: {name: value at the first interval}. The
 # skeletons compute them again in the first interval.
 RESTARTED = {"next_change": "paused.first", "changed": "paused.first", PHASE: "paused.first"}
+# Vectors and matrices that each step sets before it reads them, or that are 0 between two intervals as they are at the
+# start: {part or skeleton that declares them: names}; "": of any part. They must not be stored: if the compiler sees
+# that they live on, it may fuse other products and sums, which changes the last bits of other variables.
+SCRATCH = {
+    "": "a0 above acceleration applied base da dx elastic fastest felt foot ground ground_begin ground_change h here "
+    "lower memory_rate momentum momentum_along momentum_of moved own_u own_v power_elastic power_in power_viscous "
+    "ratio_now sampled_value shaken share_in_mean spring_force to_displacement to_memory to_velocity un upper value "
+    "viscous vn work_in work_viscous zn",
+    "adaptivity": "done excess part safe_absorbed safe_in safe_viscous whole_step",
+    "elimination": "above_eliminated below_found carried eliminated",
+    "implicit_chain": "below_before below_now rise",
+    "search": "correction force_size mode rounded slope slope_end slope_next unbalanced unbalanced_last",
+}
 HELD = "stands[0] == dtype(0.0)"  # condition under which a kernel with one sample per thread leaves its loop early
 
 
@@ -66,11 +78,12 @@ class Pausing(NamedTuple):
         return max(1, sum(each.rows for each in self.carried if each.array == array))
 
 
-def pausing(composed: Composed, struct: Any, lanes: int, real: Any) -> Pausing:
+def pausing(composed: Composed, parts: Collection[str], struct: Any, lanes: int, real: Any) -> Pausing:
     """Return the source of a kernel that can pause, from that of the kernel that runs to the end.
 
     Args:
         composed: Source text of the kernel, and the objects to which its names refer.
+        parts: Names of the parts of the kernel and of its skeleton.
         struct: Warp struct of the argument `paused`, with the fields FIELDS.
         lanes: Number of samples that a thread integrates at once.
         real: Number type of the kernel, wp.float32 or wp.float64.
@@ -83,8 +96,9 @@ def pausing(composed: Composed, struct: Any, lanes: int, real: Any) -> Pausing:
     place = interval_loop(function)
     before, loop = function.body[:place], function.body[place]
     wanted = live_names(function, place) & set_in([loop]) & set_in(before)
+    scratch = {name for part, names in SCRATCH.items() if part in {"", *parts} for name in names.split()}
     kinds = _types(before, composed.names)
-    carried = _places(sorted(wanted - RESTARTED.keys()), kinds, lanes, real)
+    carried = _places(sorted(wanted - RESTARTED.keys() - scratch), kinds, lanes, real)
     lines = text.splitlines()
     head, tail = lines[: loop.lineno - 1], lines[loop.end_lineno :]
     inside = lines[loop.lineno - 1 : loop.end_lineno]
@@ -198,9 +212,3 @@ def _moved(carried: tuple[Carried, ...], statement: str) -> list[str]:
 
 def _loop_of(variable: Carried) -> tuple[int, bool, bool]:
     return variable.rows, variable.by_lane, variable.has_rows
-
-
-@functools.cache
-def names_read(text: str) -> frozenset[str]:
-    """Return the names in the source text of a kernel."""
-    return frozenset(name.id for name in names_of(syntax_tree(text)))
