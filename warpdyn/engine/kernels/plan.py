@@ -251,7 +251,7 @@ def settling_limit(plan: Plan) -> float:
 
 # Folder of a part -> category in `values_held`.
 HELD = {"loads": "state", "dampings": "structure", "parts": "structure", "lumped": "structure"}
-HELD |= {"stepping": "method", "recorders": "recorders"}
+HELD |= {"stepping": "method", "hinges": "method", "recorders": "recorders"}
 
 
 def values_held(plan: Plan) -> dict[str, int]:

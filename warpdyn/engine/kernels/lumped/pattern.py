@@ -119,6 +119,16 @@ class ColumnLine:
         """Number of rows of rotations, with the last row of zeros."""
         return self.storeys + 1 + self.ends_of_storey * self.storeys + 1
 
+    @property
+    def springs_of_rows(self) -> list[int]:
+        """Of each row the spring that a message names if its moment does not balance."""
+        joints = [max(joint - 1, 0) for joint in range(self.storeys + 1)]
+        found = joints + [end // self.ends_of_storey for end in range(self.ends_of_storey * self.storeys)]
+        for spring in self.springs:
+            if spring >= 0:
+                found[self.rows_of(spring)[0]] = spring
+        return found
+
     def rows_of(self, spring: int) -> tuple[int, int]:
         """Return the two rows whose difference is the rotation of a hinge."""
         place = self.springs.index(spring)
