@@ -9,6 +9,7 @@ from dataclasses import dataclass, field, fields
 
 import numpy as np
 
+from warpdyn.engine.kernels.hinges.layout import JointFrame
 from warpdyn.engine.laws.springs import StoreyRules, number_of_coefficients
 
 TERMS_PER_STATEMENT = 3  # so that no line is longer than 120 columns
@@ -159,7 +160,8 @@ class Pattern:
         pairs: Number of biaxial springs; the deformations of their components are the last rows of `deformation`.
         biaxial_law: Device functions of the biaxial springs; None without such springs.
         resultants: For each output the places of its other rows; () for an output that is not a resultant.
-        line: The column line of a fish-bone frame with hinges; None for other structures.
+        line: The column line of a fish-bone frame with hinges, or the layout of another frame with hinges; None for
+            other structures.
         storeys: For each storey the places of the springs whose deformations are its drift; () without storeys.
     """
 
@@ -177,7 +179,7 @@ class Pattern:
     pairs: int = 0
     biaxial_law: StoreyRules | None = None
     resultants: tuple[tuple[int, ...], ...] = ()
-    line: ColumnLine | None = None
+    line: ColumnLine | JointFrame | None = None
     storeys: tuple[tuple[int, ...], ...] = ()
 
     @property
