@@ -13,6 +13,7 @@ import warp as wp
 
 from warpdyn.engine.device.processor import FEWEST_LANES, module_options
 from warpdyn.engine.kernels.composing.user_recorders import Recorder, users_of_variables
+from warpdyn.engine.kernels.hinges.layout import JointFrame
 from warpdyn.engine.kernels.lumped.pattern import Pattern
 from warpdyn.engine.kernels.lumped.storeys import Storeys, storeys_of
 from warpdyn.engine.kernels.registry import fields, parts_in
@@ -175,6 +176,11 @@ def keeps_drifts(plan: Plan) -> bool:
 def has_line(plan: Plan) -> bool:
     """Return whether the plan is of a fish-bone frame with hinges, whose part `hinge_laws` evaluates the laws."""
     return plan.pattern is not None and plan.pattern.line is not None
+
+
+def has_joints(plan: Plan) -> bool:
+    """Return whether the plan is of a frame with hinges that has several bays."""
+    return plan.pattern is not None and isinstance(plan.pattern.line, JointFrame)
 
 
 def state_of_stage(plan: Plan) -> tuple[str, str]:
