@@ -20,7 +20,6 @@ if TYPE_CHECKING:
     from warpdyn.model.structures.frames.frame import Frame
     from warpdyn.model.structures.frames.hinges.joints import Joints
 
-LEAST_SHARE = 0.02  # of the largest gravity load times height: no smaller moment is compared with unbalanced moments
 
 
 class FrameValues(NamedTuple):
