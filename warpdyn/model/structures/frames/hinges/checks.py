@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -15,6 +15,7 @@ from warpdyn.model.structures.frames.reduction import gravity_on_supports
 
 if TYPE_CHECKING:
     from warpdyn.model.structures.frames.frame import Frame
+    from warpdyn.model.structures.lumped.biaxial_spring import Component
     from warpdyn.model.structures.lumped.spring import Spring
 
 WHO = "HingedFrame"
@@ -101,7 +102,7 @@ def checked_hinges(frame: Frame, given: object) -> dict[tuple[str, str], dict[st
     return found
 
 
-def warn_of_gravity_moments(hinges: list[Spring], moments: np.ndarray) -> None:
+def warn_of_gravity_moments(hinges: Sequence[Spring | Component], moments: np.ndarray) -> None:
     """Warn if gravity alone makes hinges yield; `moments` [N m]: absolute values, shape [hinge]."""
     strength = np.array([each.parameters.get("yield_force", np.inf) for each in hinges])
     over = np.flatnonzero(moments > strength)

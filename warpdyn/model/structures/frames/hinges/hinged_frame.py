@@ -78,6 +78,8 @@ class HingedFrame(HingedStructure):
         ('sample',)
     """
 
+    most_springs = 512  # storeys and hinges
+
     def __init__(
         self,
         frame: Frame,
@@ -110,7 +112,7 @@ class HingedFrame(HingedStructure):
         moments = np.abs(self._values_of(Sections(*(each[None] for each in self._nominal_sections))).moments[0])
         rows = {member: row for row, member in enumerate(self.hinged_members.members)}
         of_hinges = np.array([moments[rows[member], end] for member, end in self._places])
-        warn_of_gravity_moments(self.springs[len(frame.storey_drifts) :], of_hinges)
+        warn_of_gravity_moments(list(self.springs[len(frame.storey_drifts) :]), of_hinges)
 
     @property
     def _places(self) -> list[tuple[int, int]]:

@@ -93,10 +93,11 @@ def packed(line: JointFrame, joints: Joints, values: FrameValues, softening: np.
         (line.with_storeys, 0, free),
         (line.between_storeys, free, free),
     ):
-        first, second = np.array(pairs, int).reshape(-1, 2).T
-        rows.append(values.linear[:, row + first, column + second])
+        upper, lower = np.array(pairs, int).reshape(-1, 2).T
+        rows.append(values.linear[:, row + upper, column + lower])
     if line.lengths["moment"]:
-        largest = np.abs(values.loads).max(axis=1, keepdims=True)
+        of_members = np.abs(values.member_loads).max(axis=(1, 2))[:, None]
+        largest = np.maximum(np.abs(values.loads).max(axis=1, keepdims=True), of_members)
         rows += [values.loads[:, list(line.loads)], values.drifts, values.drifts @ softening]
-        rows.append(LEAST_SHARE * line.storeys * np.maximum(largest, np.abs(values.member_loads).max(axis=(1, 2))[:, None]))
+        rows.append(LEAST_SHARE * line.storeys * largest)
     return np.concatenate([np.broadcast_to(each, (count, each.shape[-1])).T for each in rows])
