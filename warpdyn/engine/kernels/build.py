@@ -16,7 +16,15 @@ from warpdyn.engine.kernels.composition import Composed, compose, kernel_of
 from warpdyn.engine.kernels.kernel_cache import THREADS_OF_A_BLOCK, loaded
 from warpdyn.engine.kernels.lumped.division import divided_storeys, sections_of_storeys
 from warpdyn.engine.kernels.parts import straight_branches
-from warpdyn.engine.kernels.plan import Plan, has_few_values, has_joints, keeps_drifts, keeps_slopes, options, values_held
+from warpdyn.engine.kernels.plan import (
+    Plan,
+    has_few_values,
+    has_joints,
+    keeps_drifts,
+    keeps_slopes,
+    options,
+    values_held,
+)
 from warpdyn.engine.kernels.skeletons.dense import integrate_dense
 from warpdyn.engine.kernels.skeletons.explicit_chain import integrate_chain
 from warpdyn.engine.kernels.skeletons.explicit_lumped import integrate_lumped

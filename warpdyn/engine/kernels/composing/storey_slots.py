@@ -52,11 +52,6 @@ OF_COLUMN_LINE: dict[str, tuple[str, ...]] = {
     "tilt_columns": ("kernel", "Change the unbalanced moments of a frame with the drifts.", "", "solution"),
     "factorise_line": ("kernel", "Factorise the linear system of the rotations.", "solution", "i"),
     "solve_line": ("kernel", "Solve the linear system of the rotations.", "solution"),
-    "spread_moments": (
-        "kernel",
-        "Add the moments at the ends of a member to the unbalanced moments of a frame.",
-        "member first_moment last_moment solution",
-    ),
     "turn_all": ("kernel", "Correct all rotations by the first solution.", "solution"),
     "turn_searching": ("kernel", "Correct the rotations of lanes whose moments do not balance.", "solution"),
     "follow_hinges": ("kernel", "Evaluate the laws of all hinges.", "solution", "i deformation spring_force memory c"),

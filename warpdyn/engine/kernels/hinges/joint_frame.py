@@ -59,7 +59,8 @@ def names(plan):
     for member, rows in enumerate(line.chords):
         start, end = line.joints[2 * member : 2 * member + 2]
         for row, column in ((start, start), (start, end), (end, end)):
-            of_joints.append(entry(row, column) if max(row, column) < zero else -1)
+            # Entries of supports are added to an unused place behind the matrix.
+            of_joints.append(entry(row, column) if max(row, column) < zero else line.entries)
         for first, row in enumerate(rows):
             for kind, joint in enumerate((start, end)):
                 if joint < zero:
@@ -86,6 +87,7 @@ def names(plan):
         "FREE": line.free,
         "ENTRIES": line.entries,
         "ZERO": zero,
+        "UNUSED": line.unused,
         "MEMBERS": line.members,
         "VALUES_OF_MEMBER": VALUES_OF_MEMBER,
         "FIRST_MEMBER": first + line.first("member"),
@@ -132,7 +134,7 @@ def names(plan):
         "upper_storey": number_at([storey for storey, _ in line.between_storeys]),
         "lower_storey": number_at([storey for _, storey in line.between_storeys]),
         "load_row": number_at(line.loads),
-        "entry_rows": wp.types.matrix(shape=(max(1, line.entries), lanes), dtype=dtype),
+        "entry_rows": wp.types.matrix(shape=(line.entries + 1, lanes), dtype=dtype),
         "free_rows": wp.types.matrix(shape=(max(1, line.free), lanes), dtype=dtype),
         "pair_rows": wp.types.matrix(shape=(max(1, 2 * line.members), lanes), dtype=dtype),
         "share_rows": wp.types.matrix(shape=(max(1, 4 * line.members), lanes), dtype=dtype),
@@ -149,9 +151,8 @@ def declare():
     softness = pair_rows()  # flexibility of the hinges at both ends of the members
     share = share_rows()  # E of each member: rotation of an end relative to the chord per rotation of a joint
     row_sum = sum_rows()  # moments at both ends of a member per rotation of its chord
-    first_moment = row()  # at the start and end of a member
-    last_moment = row()
-    chord_turn = row()
+    chord_turn = row()  # of a member
+    moment_sum = row()  # of both ends of a member
 
 
 def read_sample():
@@ -175,35 +176,28 @@ def tilt_columns():
         for q in range(first_storey_of_member(member), first_storey_of_member(member + 1)):
             floor = chord_storey(q)
             first_value = FIRST_MEMBER + VALUES_OF_MEMBER * member
+            start_row = joint_of(2 * member)
+            end_row = joint_of(2 * member + 1)
+            start_hinge = end_of(2 * member)
+            end_hinge = end_of(2 * member + 1)
             for j in range(LANES):
                 tilt = terms[FIRST_CHORD_STOREY + q, j] * (drift_now[floor, j] - drift_then[floor, j])
-                first_moment[j] = -(terms[first_value, j] + terms[first_value + 1, j]) * tilt
-                last_moment[j] = -(terms[first_value + 1, j] + terms[first_value + 2, j]) * tilt
-            slot("spread_moments")
+                at_start = (terms[first_value, j] + terms[first_value + 1, j]) * tilt
+                at_end = (terms[first_value + 1, j] + terms[first_value + 2, j]) * tilt
+                unbalanced[start_row, j] -= at_start
+                unbalanced[end_row, j] -= at_end
+                unbalanced[start_hinge, j] -= at_start
+                unbalanced[end_hinge, j] -= at_end
+                moment_sum[j] = at_start + at_end
+            for at_chord in range(first_of_member(member), first_of_member(member + 1)):
+                chord_line = chord_row(at_chord)
+                for j in range(LANES):
+                    unbalanced[chord_line, j] += terms[FIRST_CHORD + at_chord, j] * moment_sum[j]
     for floor in range(N):
         for j in range(LANES):
             drift_then[floor, j] = drift_now[floor, j]
-
-
-def spread_moments():
-    # Moments at the ends of a member act on its joints, on its hinges and, by its chord, on other displacements.
-    joint_at_start = joint_of(2 * member)
-    joint_at_end = joint_of(2 * member + 1)
-    hinge_at_start = end_of(2 * member)
-    hinge_at_end = end_of(2 * member + 1)
     for j in range(LANES):
-        unbalanced[joint_at_start, j] += first_moment[j]
-        unbalanced[joint_at_end, j] += last_moment[j]
-    if hinge_at_start >= 0:
-        for j in range(LANES):
-            unbalanced[hinge_at_start, j] += first_moment[j]
-    if hinge_at_end >= 0:
-        for j in range(LANES):
-            unbalanced[hinge_at_end, j] += last_moment[j]
-    for at_chord in range(first_of_member(member), first_of_member(member + 1)):
-        moved_row = chord_row(at_chord)
-        for j in range(LANES):
-            unbalanced[moved_row, j] -= terms[FIRST_CHORD + at_chord, j] * (first_moment[j] + last_moment[j])
+        unbalanced[UNUSED, j] = dtype(0.0)
 
 
 def factorise_line():
@@ -246,18 +240,9 @@ def factorise_line():
             own_end = end_stiffness * start_factor * inverse - mixed_stiffness * of_start * inverse
             row_sum[0, j] = own_start + between
             row_sum[1, j] = own_end + between
-            first_moment[j] = own_start
-            last_moment[j] = own_end
-            chord_turn[j] = between
-        if start_entry >= 0:
-            for j in range(LANES):
-                lower_factor[start_entry, j] += first_moment[j]
-        if mixed_entry >= 0:
-            for j in range(LANES):
-                lower_factor[mixed_entry, j] += chord_turn[j]
-        if end_entry >= 0:
-            for j in range(LANES):
-                lower_factor[end_entry, j] += last_moment[j]
+            lower_factor[start_entry, j] += own_start
+            lower_factor[mixed_entry, j] += between
+            lower_factor[end_entry, j] += own_end
         for q in range(first_of_chords(member), first_of_chords(member + 1)):
             at_entry = entry_of_chord(q)
             first_coefficient = FIRST_CHORD + chord_of_entry(q)
@@ -269,7 +254,9 @@ def factorise_line():
             first_coefficient = FIRST_CHORD + pair_row(q)
             second_coefficient = FIRST_CHORD + pair_column(q)
             for j in range(LANES):
-                lower_factor[at_entry, j] += terms[first_coefficient, j] * terms[second_coefficient, j] * (row_sum[0, j] + row_sum[1, j])
+                lower_factor[at_entry, j] += (
+                    terms[first_coefficient, j] * terms[second_coefficient, j] * (row_sum[0, j] + row_sum[1, j])
+                )
     for k in range(FREE):
         base_place = base_of_row(k)
         first_entry = first_column(k)
@@ -305,27 +292,19 @@ def solve_line():
         start_hinge = end_of(2 * member)
         end_hinge = end_of(2 * member + 1)
         for j in range(LANES):
-            first_moment[j] = dtype(0.0)
-            last_moment[j] = dtype(0.0)
-        if start_hinge >= 0:
-            for j in range(LANES):
-                first_moment[j] = unbalanced[start_hinge, j]
-        if end_hinge >= 0:
-            for j in range(LANES):
-                last_moment[j] = unbalanced[end_hinge, j]
-        for j in range(LANES):
-            left_start = first_moment[j]
-            left_end = last_moment[j]
-            of_start = share[4 * member, j] * left_start + share[4 * member + 2, j] * left_end
-            of_end = share[4 * member + 1, j] * left_start + share[4 * member + 3, j] * left_end
-            first_moment[j] = of_start - left_start
-            last_moment[j] = of_end - left_end
-            push[start_row, j] -= first_moment[j]
-            push[end_row, j] -= last_moment[j]
-        for at_entry in range(first_of_member(member), first_of_member(member + 1)):
-            chord_line = chord_row(at_entry)
-            for j in range(LANES):
-                push[chord_line, j] += terms[FIRST_CHORD + at_entry, j] * (first_moment[j] + last_moment[j])
+            left_start = unbalanced[start_hinge, j]
+            left_end = unbalanced[end_hinge, j]
+            at_start = share[4 * member, j] * left_start + share[4 * member + 2, j] * left_end - left_start
+            at_end = share[4 * member + 1, j] * left_start + share[4 * member + 3, j] * left_end - left_end
+            push[start_row, j] -= at_start
+            push[end_row, j] -= at_end
+            if CHORDS > 0:
+                moment_sum[j] = at_start + at_end
+        if CHORDS > 0:
+            for at_chord in range(first_of_member(member), first_of_member(member + 1)):
+                chord_line = chord_row(at_chord)
+                for j in range(LANES):
+                    push[chord_line, j] += terms[FIRST_CHORD + at_chord, j] * moment_sum[j]
     for k in range(FREE):
         base_place = base_of_row(k)
         for j in range(LANES):
@@ -345,55 +324,48 @@ def solve_line():
     for down in range(FREE):
         k = FREE - 1 - down
         base_place = base_of_row(k)
-        for j in range(LANES):
-            entry_now[j] = push[k, j]
-            largest_turn[j] = larger(largest_turn[j], wp.abs(entry_now[j]))
-            energy_slope[j] += unbalanced[k, j] * entry_now[j]
         for other_row in range(first_column(k), k):
             for j in range(LANES):
-                push[other_row, j] -= lower_factor[base_place + other_row, j] * entry_now[j]
+                push[other_row, j] -= lower_factor[base_place + other_row, j] * push[k, j]
     for member in range(MEMBERS):
         start_row = joint_of(2 * member)
         end_row = joint_of(2 * member + 1)
         start_hinge = end_of(2 * member)
         end_hinge = end_of(2 * member + 1)
+        if CHORDS > 0:
+            for j in range(LANES):
+                chord_turn[j] = dtype(0.0)
+            for at_chord in range(first_of_member(member), first_of_member(member + 1)):
+                chord_line = chord_row(at_chord)
+                for j in range(LANES):
+                    chord_turn[j] += terms[FIRST_CHORD + at_chord, j] * push[chord_line, j]
         for j in range(LANES):
-            chord_turn[j] = dtype(0.0)
-            first_moment[j] = dtype(0.0)
-            last_moment[j] = dtype(0.0)
-        for at_entry in range(first_of_member(member), first_of_member(member + 1)):
-            chord_line = chord_row(at_entry)
-            for j in range(LANES):
-                chord_turn[j] += terms[FIRST_CHORD + at_entry, j] * push[chord_line, j]
-        if start_hinge >= 0:
-            for j in range(LANES):
-                first_moment[j] = softness[2 * member, j] * unbalanced[start_hinge, j]
-        if end_hinge >= 0:
-            for j in range(LANES):
-                last_moment[j] = softness[2 * member + 1, j] * unbalanced[end_hinge, j]
+            start_turn = push[start_row, j]
+            end_turn = push[end_row, j]
+            if CHORDS > 0:
+                start_turn -= chord_turn[j]
+                end_turn -= chord_turn[j]
+            of_start = start_turn - softness[2 * member, j] * unbalanced[start_hinge, j]
+            of_end = end_turn - softness[2 * member + 1, j] * unbalanced[end_hinge, j]
+            push[start_hinge, j] = share[4 * member, j] * of_start + share[4 * member + 1, j] * of_end - start_turn
+            push[end_hinge, j] = share[4 * member + 2, j] * of_start + share[4 * member + 3, j] * of_end - end_turn
+    for j in range(LANES):
+        push[UNUSED, j] = dtype(0.0)
+    for k in range(ROTATIONS):
         for j in range(LANES):
-            start_turn = push[start_row, j] - chord_turn[j]
-            end_turn = push[end_row, j] - chord_turn[j]
-            of_start = start_turn - first_moment[j]
-            of_end = end_turn - last_moment[j]
-            first_moment[j] = share[4 * member, j] * of_start + share[4 * member + 1, j] * of_end - start_turn
-            last_moment[j] = share[4 * member + 2, j] * of_start + share[4 * member + 3, j] * of_end - end_turn
-        if start_hinge >= 0:
-            for j in range(LANES):
-                push[start_hinge, j] = first_moment[j]
-                largest_turn[j] = larger(largest_turn[j], wp.abs(first_moment[j]))
-                energy_slope[j] += unbalanced[start_hinge, j] * first_moment[j]
-        if end_hinge >= 0:
-            for j in range(LANES):
-                push[end_hinge, j] = last_moment[j]
-                largest_turn[j] = larger(largest_turn[j], wp.abs(last_moment[j]))
-                energy_slope[j] += unbalanced[end_hinge, j] * last_moment[j]
+            largest_turn[j] = larger(largest_turn[j], wp.abs(push[k, j]))
+            energy_slope[j] += unbalanced[k, j] * push[k, j]
 
 
 def unbalance_line():
-    for k in range(ROTATIONS + 1):
+    for k in range(ROTATIONS):
         for j in range(LANES):
             unbalanced[k, j] = dtype(0.0)
+    for hinge in range(HINGES + LINEAR_HINGES):
+        i = hinge_spring(hinge)
+        hinge_row = hinge_end(hinge)
+        for j in range(LANES):
+            unbalanced[hinge_row, j] = spring_force[i, j]
     for floor in range(N):
         for j in range(LANES):
             spring_force[floor, j] = dtype(0.0)
@@ -406,10 +378,12 @@ def unbalance_line():
     for q in range(BETWEEN_ROWS):
         row_of_value = linear_row(q)
         other_row = linear_column(q)
-        for j in range(LANES):
-            unbalanced[row_of_value, j] += terms[FIRST_BETWEEN_ROWS + q, j] * turn[other_row, j]
-        if row_of_value != other_row:
+        if row_of_value == other_row:
             for j in range(LANES):
+                unbalanced[row_of_value, j] += terms[FIRST_BETWEEN_ROWS + q, j] * turn[row_of_value, j]
+        else:
+            for j in range(LANES):
+                unbalanced[row_of_value, j] += terms[FIRST_BETWEEN_ROWS + q, j] * turn[other_row, j]
                 unbalanced[other_row, j] += terms[FIRST_BETWEEN_ROWS + q, j] * turn[row_of_value, j]
     for q in range(WITH_STOREYS):
         row_of_value = mixed_row(q)
@@ -419,12 +393,14 @@ def unbalance_line():
             spring_force[floor, j] += terms[FIRST_WITH_STOREYS + q, j] * turn[row_of_value, j]
     for q in range(BETWEEN_STOREYS):
         floor = upper_storey(q)
-        other = lower_storey(q)
-        for j in range(LANES):
-            spring_force[floor, j] += terms[FIRST_BETWEEN_STOREYS + q, j] * drift_now[other, j]
-        if floor != other:
+        lower_floor = lower_storey(q)
+        if floor == lower_floor:
             for j in range(LANES):
-                spring_force[other, j] += terms[FIRST_BETWEEN_STOREYS + q, j] * drift_now[floor, j]
+                spring_force[floor, j] += terms[FIRST_BETWEEN_STOREYS + q, j] * drift_now[floor, j]
+        else:
+            for j in range(LANES):
+                spring_force[floor, j] += terms[FIRST_BETWEEN_STOREYS + q, j] * drift_now[lower_floor, j]
+                spring_force[lower_floor, j] += terms[FIRST_BETWEEN_STOREYS + q, j] * drift_now[floor, j]
     for member in range(MEMBERS):
         first_value = FIRST_MEMBER + VALUES_OF_MEMBER * member
         start_row = joint_of(2 * member)
@@ -433,46 +409,40 @@ def unbalance_line():
         end_hinge = end_of(2 * member + 1)
         for j in range(LANES):
             chord_turn[j] = dtype(0.0)
-        for at_entry in range(first_of_member(member), first_of_member(member + 1)):
-            chord_line = chord_row(at_entry)
-            for j in range(LANES):
-                chord_turn[j] += terms[FIRST_CHORD + at_entry, j] * turn[chord_line, j]
+        if CHORDS > 0:
+            for at_chord in range(first_of_member(member), first_of_member(member + 1)):
+                chord_line = chord_row(at_chord)
+                for j in range(LANES):
+                    chord_turn[j] += terms[FIRST_CHORD + at_chord, j] * turn[chord_line, j]
         for q in range(first_storey_of_member(member), first_storey_of_member(member + 1)):
             floor = chord_storey(q)
             for j in range(LANES):
                 chord_turn[j] += terms[FIRST_CHORD_STOREY + q, j] * drift_now[floor, j]
         for j in range(LANES):
-            first_moment[j] = turn[start_row, j] - chord_turn[j]
-            last_moment[j] = turn[end_row, j] - chord_turn[j]
-        if start_hinge >= 0:
-            for j in range(LANES):
-                first_moment[j] += turn[start_hinge, j]
-        if end_hinge >= 0:
-            for j in range(LANES):
-                last_moment[j] += turn[end_hinge, j]
-        for j in range(LANES):
-            start_turn = first_moment[j]
-            end_turn = last_moment[j]
-            first_moment[j] = terms[first_value, j] * start_turn + terms[first_value + 1, j] * end_turn
-            last_moment[j] = terms[first_value + 1, j] * start_turn + terms[first_value + 2, j] * end_turn
+            start_turn = turn[start_row, j] - chord_turn[j] + turn[start_hinge, j]
+            end_turn = turn[end_row, j] - chord_turn[j] + turn[end_hinge, j]
+            at_start = terms[first_value, j] * start_turn + terms[first_value + 1, j] * end_turn
+            at_end = terms[first_value + 1, j] * start_turn + terms[first_value + 2, j] * end_turn
             if MEMBER_LOADS:
-                first_moment[j] += terms[FIRST_MEMBER_LOAD + 2 * member, j]
-                last_moment[j] += terms[FIRST_MEMBER_LOAD + 2 * member + 1, j]
-            moment_now = larger(wp.abs(first_moment[j]), wp.abs(last_moment[j]))
-            largest_moment[j] = larger(largest_moment[j], moment_now)
-        slot("spread_moments")
+                at_start += terms[FIRST_MEMBER_LOAD + 2 * member, j]
+                at_end += terms[FIRST_MEMBER_LOAD + 2 * member + 1, j]
+            largest_moment[j] = larger(largest_moment[j], larger(wp.abs(at_start), wp.abs(at_end)))
+            unbalanced[start_row, j] += at_start
+            unbalanced[end_row, j] += at_end
+            unbalanced[start_hinge, j] += at_start
+            unbalanced[end_hinge, j] += at_end
+            moment_sum[j] = at_start + at_end
+        if CHORDS > 0:
+            for at_chord in range(first_of_member(member), first_of_member(member + 1)):
+                chord_line = chord_row(at_chord)
+                for j in range(LANES):
+                    unbalanced[chord_line, j] -= terms[FIRST_CHORD + at_chord, j] * moment_sum[j]
         for q in range(first_storey_of_member(member), first_storey_of_member(member + 1)):
             floor = chord_storey(q)
             for j in range(LANES):
-                spring_force[floor, j] -= terms[FIRST_CHORD_STOREY + q, j] * (first_moment[j] + last_moment[j])
-        for side in range(2):
-            i = spring_at(2 * member + side)
-            if i >= 0:
-                hinge_row = end_of(2 * member + side)
-                for j in range(LANES):
-                    unbalanced[hinge_row, j] += spring_force[i, j]
+                spring_force[floor, j] -= terms[FIRST_CHORD_STOREY + q, j] * moment_sum[j]
     for j in range(LANES):
-        unbalanced[ZERO, j] = dtype(0.0)
+        unbalanced[UNUSED, j] = dtype(0.0)
         worst_balance[j] = dtype(0.0)
     for k in range(ROTATIONS):
         for j in range(LANES):

@@ -12,7 +12,7 @@ class JointFrame:
     """Indices of a frame whose massless displacements a kernel finds in each stage.
 
     Rows of displacements are the massless ones of nodes (rotations, and vertical displacements over a length), then the
-    rotations of hinges, and last a row that is always 0, which stands for supports. The unknown matrix is stored by
+    rotations of hinges, a row for ends without hinges, and last a row for supports; both are always 0. The unknown matrix is stored by
     rows, each from its first entry that is not 0 to the diagonal. Values of entries are arguments of the kernel.
 
     Args:
@@ -20,7 +20,7 @@ class JointFrame:
         free: Number of massless displacements.
         first_columns: First column of each row of the matrix, shape [free].
         joints: Rows of the rotations of the nodes at the start and end of each member with hinges.
-        ends: Rows of the hinges at the start and end of these members; -1 without a hinge.
+        ends: Rows of the hinges at the start and end of these members; `unused` without a hinge.
         springs: Springs of these hinges; -1 without a hinge.
         chords: Of each member, the rows of displacements that turn its chord.
         chord_storeys: Of each member, the storeys whose drift turns its chord.
@@ -61,8 +61,13 @@ class JointFrame:
 
     @property
     def rows(self) -> int:
-        """Number of rows, with the last row of zeros."""
-        return self.free + self.hinges + 1
+        """Number of rows, with the two rows of zeros."""
+        return self.free + self.hinges + 2
+
+    @property
+    def unused(self) -> int:
+        """Row for member ends without a hinge."""
+        return self.rows - 2
 
     @property
     def bases(self) -> list[int]:
@@ -114,9 +119,9 @@ class JointFrame:
     @property
     def springs_of_rows(self) -> list[int]:
         """Of each row the spring that a message names if its moment does not balance."""
-        found = [*self.springs_of_joints, *[0] * self.hinges]
+        found = [*self.springs_of_joints, *[0] * (self.hinges + 1)]
         for end, spring in zip(self.ends, self.springs, strict=True):
-            if end >= 0:
+            if spring >= 0:
                 found[end] = spring
         return found
 

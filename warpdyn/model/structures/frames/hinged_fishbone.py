@@ -18,6 +18,7 @@ from warpdyn.model.structures.frames.hinges.hinged_structure import Hinge, Hinge
 from warpdyn.model.structures.frames.members.elements import Sections, shear_ratio
 from warpdyn.model.structures.lumped.spring import Spring
 
+
 @with_suggestions
 class HingedFishbone(HingedStructure):
     """A fish-bone frame whose members have nonlinear hinges at their ends.

@@ -27,7 +27,12 @@ from warpdyn.model.structures.lumped.names import (
 )
 from warpdyn.model.structures.lumped.places.free_motions import mass_problem, stiffness_problem
 from warpdyn.model.structures.lumped.places.kinds import kinds_of
-from warpdyn.model.structures.lumped.places.spring_values import MOST_SPRINGS, checked_springs, parameters_of_springs, spring_values
+from warpdyn.model.structures.lumped.places.spring_values import (
+    MOST_SPRINGS,
+    checked_springs,
+    parameters_of_springs,
+    spring_values,
+)
 from warpdyn.model.structures.lumped.places.storeys import Storeys, check_different_storeys, checked_storeys
 from warpdyn.model.structures.lumped.spring import Spring
 from warpdyn.model.structures.modal import modal_properties

@@ -76,7 +76,9 @@ def checked_hinges(frame: Frame, given: object) -> dict[tuple[str, str], dict[st
     found = {}
     for place, row in given.items():
         if not isinstance(place, tuple) or len(place) != 2:
-            raise ValueError(f"hinges: {place!r} is not a pair such as ('C1', 'start'): give (member, 'start' or 'end')")
+            raise ValueError(
+                f"hinges: {place!r} is not a pair such as ('C1', 'start'): give (member, 'start' or 'end')"
+            )
         member, end = place
         if member not in names:
             raise ValueError(f"hinges: {member!r} of {place!r} is not a member{did_you_mean(str(member), names)}")

@@ -168,7 +168,7 @@ class HingedFrame(HingedStructure):
         given = [each[:1] if (each == each[:1]).all() else each for each in given]
         most = max(map(len, given))
         sections = [np.broadcast_to(each, (most, each.shape[1])) for each in given]
-        step = max(1, MOST_VALUES // self.frame.numbering.free.size ** 2)
+        step = max(1, MOST_VALUES // self.frame.numbering.free.size**2)
         to_floors = self.joints.to_free[self.kept][:, self.joints.places.size :]
         softening = -(to_floors.T @ self._softening_of_floors @ to_floors)
         parts = [

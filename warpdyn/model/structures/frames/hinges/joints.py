@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from scipy import sparse
-from scipy.sparse.csgraph import reverse_cuthill_mckee
+from scipy.sparse.csgraph import connected_components, reverse_cuthill_mckee
 
 from warpdyn.model.structures.frames.members.elements import ROTATIONS
 
@@ -52,7 +52,7 @@ def joints_of(frame: Frame, kept: np.ndarray, members: list[int]) -> Joints:
     number = np.full(len(numbering.names), -1)
     number[free] = np.arange(free.size)
     of_members = number[numbering.of_members]
-    massless = _ordered(np.setdiff1d(np.arange(free.size), kept), of_members, free.size)
+    massless = _ordered(_coupled(frame), kept, np.setdiff1d(of_members[members], [-1, *kept]))
     storeys = list(frame.storey_drifts.values())
     height = float(np.mean([height for _, _, height in storeys]))
     is_rotation = ~(numbering.is_horizontal | numbering.is_vertical)[free]
@@ -74,23 +74,45 @@ def joints_of(frame: Frame, kept: np.ndarray, members: list[int]) -> Joints:
     return Joints(massless, to_free, chords, order[of_members[members][:, ROTATIONS]])
 
 
-def _ordered(massless: np.ndarray, of_members: np.ndarray, free: int) -> np.ndarray:
-    """Return the massless displacements in an order in which the matrix has few entries."""
+def _coupled(frame: Frame) -> np.ndarray:
+    """Return which free degrees of freedom are coupled by stiffness, shape [free, free]."""
+    free = frame.numbering.free
+    stiffness = frame.stiffness(frame.nominal)[free][:, free].toarray()
+    size = np.sqrt(np.diagonal(stiffness))
+    found: np.ndarray = np.abs(stiffness) > NEGLIGIBLE * np.outer(size, size)
+    return found
+
+
+def _ordered(coupled: np.ndarray, kept: np.ndarray, hinged: np.ndarray) -> np.ndarray:
+    """Return the massless displacements in an order in which the matrix has few entries.
+
+    Those that no stiffness couples to floors or members with hinges, such as the shortening of a leaning column, have
+    no effect and are left out.
+
+    Args:
+        coupled: Which free degrees of freedom are coupled, shape [free, free].
+        kept: Numbers of the floors.
+        hinged: Numbers of the displacements of members with hinges, without floors.
+    """
+    massless = np.setdiff1d(np.arange(len(coupled)), kept)
+    among = coupled[np.ix_(massless, massless)]
+    _, group = connected_components(sparse.csr_array(among), directed=False)
+    has_effect = np.isin(massless, hinged) | coupled[np.ix_(massless, kept)].any(axis=1)
+    massless = massless[np.isin(group, group[has_effect])]
     if not massless.size:
         return massless
-    coupled = np.zeros((free + 1, free + 1), bool)
-    for row in of_members:
-        coupled[np.ix_(row, row)] = True
     pattern = coupled[np.ix_(massless, massless)]
     orders = [np.arange(massless.size), reverse_cuthill_mckee(sparse.csr_array(pattern), symmetric_mode=True)]
-    found = massless[min(orders, key=lambda order: entries_of(first_columns_of(pattern[np.ix_(order, order)])))]
-    entries = entries_of(first_columns_of(coupled[np.ix_(found, found)]))
-    if massless.size > MOST_ROWS or entries > MOST_ENTRIES:
+    count, order = min(
+        (entries_of(first_columns_of(pattern[np.ix_(each, each)])), place) for place, each in enumerate(orders)
+    )
+    if massless.size > MOST_ROWS or count > MOST_ENTRIES:
         raise ValueError(
-            f"{WHO}: the frame has {massless.size} massless displacements, whose matrix has {entries} entries; at most "
+            f"{WHO}: the frame has {massless.size} massless displacements, whose matrix has {count} entries; at most "
             f"{MOST_ROWS} and {MOST_ENTRIES} are possible. Neglect the shortening of columns: support the joints by "
             "'roller', with gravity loads on a leaning column; or model fewer bays, or a fish-bone (wd.fishbone)"
         )
+    found: np.ndarray = massless[orders[order]]
     return found
 
 

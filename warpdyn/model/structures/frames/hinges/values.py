@@ -21,7 +21,6 @@ if TYPE_CHECKING:
     from warpdyn.model.structures.frames.hinges.joints import Joints
 
 
-
 class FrameValues(NamedTuple):
     """Matrices and vectors of structures; the first dimension is structure, or 1 if they are equal.
 
