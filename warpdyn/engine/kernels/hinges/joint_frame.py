@@ -149,7 +149,7 @@ def declare():
     drift_then = matrix()  # drifts to which the unbalanced moments belong
     drift_now = matrix()
     softness = pair_rows()  # flexibility of the hinges at both ends of the members
-    share = share_rows()  # E of each member: rotation of an end relative to the chord per rotation of a joint
+    share_of_ends = share_rows()  # E of each member: rotation of an end relative to the chord per rotation of a joint
     row_sum = sum_rows()  # moments at both ends of a member per rotation of its chord
     chord_turn = row()  # of a member
     moment_sum = row()  # of both ends of a member
@@ -231,10 +231,10 @@ def factorise_line():
             of_start = start_soft * mixed_stiffness
             of_end = end_soft * mixed_stiffness
             inverse = dtype(1.0) / (start_factor * end_factor - of_start * of_end)
-            share[4 * member, j] = end_factor * inverse
-            share[4 * member + 1, j] = -of_start * inverse
-            share[4 * member + 2, j] = -of_end * inverse
-            share[4 * member + 3, j] = start_factor * inverse
+            share_of_ends[4 * member, j] = end_factor * inverse
+            share_of_ends[4 * member + 1, j] = -of_start * inverse
+            share_of_ends[4 * member + 2, j] = -of_end * inverse
+            share_of_ends[4 * member + 3, j] = start_factor * inverse
             between = mixed_stiffness * inverse
             own_start = start_stiffness * end_factor * inverse - mixed_stiffness * of_end * inverse
             own_end = end_stiffness * start_factor * inverse - mixed_stiffness * of_start * inverse
@@ -294,8 +294,12 @@ def solve_line():
         for j in range(LANES):
             left_start = unbalanced[start_hinge, j]
             left_end = unbalanced[end_hinge, j]
-            at_start = share[4 * member, j] * left_start + share[4 * member + 2, j] * left_end - left_start
-            at_end = share[4 * member + 1, j] * left_start + share[4 * member + 3, j] * left_end - left_end
+            at_start = (
+                share_of_ends[4 * member, j] * left_start + share_of_ends[4 * member + 2, j] * left_end - left_start
+            )
+            at_end = (
+                share_of_ends[4 * member + 1, j] * left_start + share_of_ends[4 * member + 3, j] * left_end - left_end
+            )
             push[start_row, j] -= at_start
             push[end_row, j] -= at_end
             if CHORDS > 0:
@@ -347,8 +351,12 @@ def solve_line():
                 end_turn -= chord_turn[j]
             of_start = start_turn - softness[2 * member, j] * unbalanced[start_hinge, j]
             of_end = end_turn - softness[2 * member + 1, j] * unbalanced[end_hinge, j]
-            push[start_hinge, j] = share[4 * member, j] * of_start + share[4 * member + 1, j] * of_end - start_turn
-            push[end_hinge, j] = share[4 * member + 2, j] * of_start + share[4 * member + 3, j] * of_end - end_turn
+            push[start_hinge, j] = (
+                share_of_ends[4 * member, j] * of_start + share_of_ends[4 * member + 1, j] * of_end - start_turn
+            )
+            push[end_hinge, j] = (
+                share_of_ends[4 * member + 2, j] * of_start + share_of_ends[4 * member + 3, j] * of_end - end_turn
+            )
     for j in range(LANES):
         push[UNUSED, j] = dtype(0.0)
     for k in range(ROTATIONS):
