@@ -64,9 +64,10 @@ class HingedFrame(HingedStructure):
         TypeError: If `frame` is not a Frame, or `hinges` is not a dictionary.
 
     Example:
-        The portal of the example of the package with springs at the ends of its beam, which are hinges.
+        The portal of the example of the package with gravity loads, and hinges at the ends of its beam.
 
         >>> told = portal.description()
+        >>> told["nodes"]["B"]["gravity_load"] = told["nodes"]["C"]["gravity_load"] = 2e5  # N
         >>> told["members"]["beam"] |= {"spring_start": 1e9, "spring_end": 1e9}  # N m/rad
         >>> hinge = {"law": "bilinear", "yield_force": 3e5, "hardening_ratio": 0.02}  # N m
         >>> hinges = {("beam", "start"): hinge, ("beam", "end"): hinge}
