@@ -198,6 +198,7 @@ from .model.structures.builders.vehicles import HalfCar as HalfCar, QuarterCar a
 from .model.structures.frames.fishbone import fishbone as fishbone
 from .model.structures.frames.frame import Frame as Frame
 from .model.structures.frames.hinged_fishbone import HingedFishbone as HingedFishbone
+from .model.structures.frames.hinges.hinged_frame import HingedFrame as HingedFrame
 from .model.structures.frames.sticks import equivalent_stick as equivalent_stick
 from .model.structures.hazus import hazus_drift_limits as hazus_drift_limits
 from .model.structures.lumped.biaxial_spring import BiaxialSpring as BiaxialSpring

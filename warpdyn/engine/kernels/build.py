@@ -22,6 +22,7 @@ from warpdyn.engine.kernels.plan import (
     DTYPES,
     Plan,
     has_few_values,
+    has_joints,
     keeps_drifts,
     keeps_slopes,
     options,
@@ -101,6 +102,9 @@ GPU_UNROLLED_MATRIX = 8
 # bilinear springs and peak deformations: 16 springs and 12 degrees of freedom fit in registers (80 bytes do not without
 # unrolling), of 20 springs 72 bytes do not (304); of 32 springs 1,000 bytes do not in both cases.
 UNROLLED_SPRINGS = 20
+# Loops of frames with several bays. The stages of a method are not unrolled: each contains the search for massless
+# rotations, which would compile in minutes.
+FRAME_UNROLL = 3
 UNROLLED_SLOPES = 40  # methods that keep all slopes: largest storeys times stages for which loops are unrolled
 # If the GPU's compiler knows the number of threads per block, it uses more registers and waits less: from 3 storeys on
 # kernels run 2 to 6 % faster. Below 3 storeys they lose as much, because registers then limit how many threads run.
@@ -160,7 +164,10 @@ def _fitted_lumped(plan: Plan, is_gpu: bool) -> Plan:
     elif divided_storeys(plan) is not None:
         plan = replace(plan, by_storey=True)
     if is_gpu:
-        return replace(plan, lanes=GPU_LANES, max_unroll=GPU_UNROLL if largest <= UNROLLED_SPRINGS else 1)
+        unrolls = largest <= UNROLLED_SPRINGS and not has_joints(plan)
+        return replace(plan, lanes=GPU_LANES, max_unroll=GPU_UNROLL if unrolls else 1)
+    if has_joints(plan):
+        return replace(plan, lanes=CPU_LANES if plan.dtype == "float32" else CPU_LONG_LANES, max_unroll=FRAME_UNROLL)
     is_small = largest <= LONG_CHAIN
     lanes = CPU_LANES if is_small or plan.dtype == "float32" else CPU_LONG_LANES
     return replace(plan, lanes=lanes, max_unroll=CPU_UNROLL if is_small else CPU_LONG_UNROLL)

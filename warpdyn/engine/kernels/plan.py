@@ -13,6 +13,7 @@ import warp as wp
 
 from warpdyn.engine.device.processor import FEWEST_LANES, module_options
 from warpdyn.engine.kernels.composing.user_recorders import Recorder, users_of_variables
+from warpdyn.engine.kernels.hinges.layout import JointFrame
 from warpdyn.engine.kernels.lumped.pattern import Pattern
 from warpdyn.engine.kernels.lumped.storeys import Storeys, storeys_of
 from warpdyn.engine.kernels.pausing.paused_text import FIELDS as FIELDS_OF_PAUSED
@@ -186,6 +187,11 @@ def has_line(plan: Plan) -> bool:
     return plan.pattern is not None and plan.pattern.line is not None
 
 
+def has_joints(plan: Plan) -> bool:
+    """Return whether the plan is of a frame with hinges that has several bays."""
+    return plan.pattern is not None and isinstance(plan.pattern.line, JointFrame)
+
+
 def state_of_stage(plan: Plan) -> tuple[str, str]:
     """Return the names of the displacements and velocities of a stage; multistep methods have only accepted states."""
     return ("u", "v") if keeps_drifts(plan) else ("us", "vs")
@@ -260,7 +266,7 @@ def settling_limit(plan: Plan) -> float:
 
 # Folder of a part -> category in `values_held`.
 HELD = {"loads": "state", "dampings": "structure", "parts": "structure", "lumped": "structure"}
-HELD |= {"stepping": "method", "recorders": "recorders"}
+HELD |= {"stepping": "method", "hinges": "method", "recorders": "recorders"}
 
 
 def values_held(plan: Plan) -> dict[str, int]:

@@ -26,6 +26,7 @@ from warpdyn.model.scene.recording.floor_spectra import FloorSpectra
 from warpdyn.model.structures.builders.torsional_building import TorsionalBuilding
 from warpdyn.model.structures.frames.frame import Frame
 from warpdyn.model.structures.frames.hinged_fishbone import HingedFishbone
+from warpdyn.model.structures.frames.hinges.hinged_frame import HingedFrame
 from warpdyn.model.structures.frames.reduced_frame import Gauge, ReducedFrame
 from warpdyn.model.structures.lumped.biaxial_spring import BiaxialSpring
 from warpdyn.model.structures.lumped.spring import Spring
@@ -60,6 +61,7 @@ LUMPED_CHOICES = (
     *("damping", "damping_ratio", "outputs", "rotations", "groups", "output_units", "is_machine"),
     *("storey_height", "storey_springs"),
 )
+WITH_HINGES = {each.__name__: each for each in (HingedFishbone, HingedFrame)}
 BUILDING_KEYS = ("law", "damping", "mass", "stiffness", "height")
 
 
@@ -193,8 +195,8 @@ class Rebuilding:
             return self.lumped(rest, where, is_torsional=kind == "TorsionalBuilding")
         if kind == "ReducedFrame":
             return self.reduced_frame(rest, where)
-        if kind == "HingedFishbone":
-            return self.hinged_fishbone(rest, where)
+        if kind in WITH_HINGES:
+            return self.with_hinges(WITH_HINGES[kind], rest, where)
         if kind != "ShearBuilding":
             raise _foreign(where, kind)
         _check_keys(rest, where, (), BUILDING_KEYS)
@@ -247,8 +249,8 @@ class Rebuilding:
         _check_keys(given, where, list(signature(Frame.lumped).parameters), ())
         return frame.lumped(**given)
 
-    def hinged_fishbone(self, told: dict[str, Any], where: str) -> HingedFishbone:
-        """Return the fish-bone frame with hinges that a JSON object without its type describes."""
+    def with_hinges(self, kind: type[HingedFishbone | HingedFrame], told: dict[str, Any], where: str) -> Any:
+        """Return the frame with hinges that a JSON object without its type describes."""
         _check_keys(told, where, (), ("frame", "hinges", "damping"))
         given = dict(told)
         frame = _made(Frame, given.pop("frame"), f"{where}.frame")
@@ -258,8 +260,8 @@ class Rebuilding:
         for row in given.pop("hinges"):
             law = {name: self.value(value, f"{where}.hinges.{name}") for name, value in row.items()}
             hinges[law.pop("member"), law.pop("end")] = law
-        _check_keys(given, where, list(signature(HingedFishbone).parameters), ())
-        return HingedFishbone(frame, hinges, **given)
+        _check_keys(given, where, list(signature(kind).parameters), ())
+        return kind(frame, hinges, **given)
 
     def _numbers(self, told: object, where: str) -> np.ndarray:
         """Return the values of a building's parameter as an array; `where` is its position in the JSON, for errors."""
