@@ -20,7 +20,17 @@ LAYERS = {
     "foundations": ("core", "files"),
     "engine": ("tracing", "methods", "device", "laws", "kernels"),
     "model": ("structures", "ground_motions", "scene", "inventories", "sites"),
-    "campaigns": ("integration", "accuracy", "preparation", "portfolio", "reductions", "incremental", "running", "live", "inference"),
+    "campaigns": (
+        "integration",
+        "accuracy",
+        "preparation",
+        "portfolio",
+        "reductions",
+        "incremental",
+        "running",
+        "live",
+        "inference",
+    ),
     "answers": ("fragility", "risk", "sensitivity"),
     "interfaces": ("exchange", "plots", "reports", "command_line"),
 }
