@@ -47,3 +47,19 @@ def test_forces_do_not_depend_on_the_distance_of_the_drifts(points):
 def test_drifts_in_another_unit_are_refused():
     with pytest.raises(ValueError, match=r"yield drifts, more than.*give drifts in m"):
         wd.storey_hysteresis(building(), [0.0, 1e6])
+
+
+def test_parameter_sets_have_the_forces_of_single_buildings():
+    path = 0.06 * np.sin(np.linspace(0, 7, 50))
+    strengths = np.linspace(1.5e5, 2.5e5, 70)  # more sets than a building has storeys
+    found = wd.storey_hysteresis(building(), path, scatter={"yield_force": wd.GivenValues(strengths)})
+    assert found["storey_force"].dims == ("structure", "step", "storey")
+    law = {"law": "bouc_wen", "hardening_ratio": HARDENING, "exponent": EXPONENT}
+    for place in (0, 41, 69):
+        alone = wd.ShearBuilding([1e5], [STIFFNESS], 3.0, yield_force=strengths[place], **law)
+        expected = wd.storey_hysteresis(alone, path)
+        # The smallest yield drift decides the steps of all sets; both have at most 1/4 yield drift.
+        for name in ("storey_force", "dissipated_energy"):
+            scale = np.abs(expected[name]).max()
+            np.testing.assert_allclose(found[name][place], expected[name], rtol=0, atol=1e-4 * float(scale))
+    np.testing.assert_array_equal(found["yield_force"][:, 0], strengths)
