@@ -187,3 +187,13 @@ def test_scenes_and_steps_that_are_refused(motions):
         wd.simulate(scene, device="cpu", method="dormand_prince54")
     with pytest.warns(UserWarning, match=r"up to 3.2 % too small: give step=0.001"):
         spectra.check_step(0.002)
+
+
+def test_answers_that_need_one_period_or_other_recorders(motions):
+    stripes = wd.Stripes(motions, [0.2, 0.4], wd.PeakGroundAcceleration())
+    asked = dict(recorders=("drift", "floor_spectra"), floor_spectra=wd.FloorSpectra(T))
+    scene = wd.Scene(three_storeys(), stripes, {"mass": wd.RandomFactor(wd.Lognormal(1.0, 0.1))}, **asked)
+    found = wd.capacities(scene, {"a": 0.002}, structures=2, device="cpu", method="rk4")
+    assert np.isfinite(found["capacity"]).all()
+    with pytest.raises(ValueError, match="unknown demand"):
+        wd.capacities(scene, {"a": 5.0}, structures=2, demand="peak_floor_spectral_acceleration", device="cpu")

@@ -126,6 +126,8 @@ def checked_demand(function: str, dataset: xr.Dataset, name: str, status: np.nda
     variable = dataset[name]
     if "sample" not in variable.dims or variable.ndim > 2:
         of_one = ": select one event by select_event(run, name)" if "event" in variable.dims else ""
+        if "period" in variable.dims and "period" in dataset.coords:
+            of_one = f": select one period, such as run.sel(period={float(dataset['period'][0]):g})"
         raise ValueError(
             f"{name!r} has dimensions {variable.dims}; they must be 'sample' and at most one more, such as ('sample', "
             f"'storey'){of_one}"

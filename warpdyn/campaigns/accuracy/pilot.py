@@ -188,7 +188,7 @@ class _Pilot:
 
     def __init__(self, scene: Scene, target_error: float, seed: int, device: str, threads: int | None) -> None:
         only = (scene.structure.demand,)
-        self.scene, self.target_error = replace(scene, recorders=only), target_error
+        self.scene, self.target_error = replace(scene, recorders=only, floor_spectra=None), target_error
         self.known: dict[str, Drawn] = {}
         self.seed, self.device, self.threads = seed, device, threads
         wanted = PILOT_SAMPLES["cpu" if device == "cpu" else "cuda"]

@@ -163,7 +163,7 @@ def capacities(
     )
     counts_added = true_or_false("added_storeys", added_storeys)
     recorders = _recorders_for(scene, demand, added_storeys=counts_added)
-    run = build_run(replace(scene, recorders=recorders), count, integration, execution, seed)
+    run = build_run(replace(scene, recorders=recorders, floor_spectra=None), count, integration, execution, seed)
     if np.isinf(limit[-1]) and not run.model.plan.collapses:
         raise ValueError(
             f"the limit of damage state {names[-1]!r} is infinite, so only collapse exceeds it, but the scene has no "

@@ -52,7 +52,7 @@ class ResponseMisfit:
         check_response("calibrate", scene, measured)
         self.prior, self.measured = prior, measured
         self.execution = execution.on_first()
-        self.scene = replace(scene, tail=_covering(scene, measured), recorders=(), correlation={})
+        self.scene = replace(scene, tail=_covering(scene, measured), recorders=(), floor_spectra=None, correlation={})
         self.integration = integration or Integration(step=accurate_step(scene, measured))
         self.count = len(measured.values) - measured.first
 

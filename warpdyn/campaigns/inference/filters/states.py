@@ -42,7 +42,13 @@ class StructureStates:
         self.ratio = round(measured.step / self.motion.step)
         given = {} if prior is None else prior.as_scatter(prior.values(normals))
         own = replace(
-            scene, scatter=given, correlation={}, tail=0.0, recorders=(present_response(),), collapse_drift_ratio=None
+            scene,
+            scatter=given,
+            correlation={},
+            tail=0.0,
+            recorders=(present_response(),),
+            floor_spectra=None,
+            collapse_drift_ratio=None,
         )
         with no_warnings():
             ensemble = prepare(
