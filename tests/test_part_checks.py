@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from hinge_cases import motion, reference_model
+from hinged_frame_cases import reference_model as hinged_frame
 from law_rows import forces_of, rules_of
 
 import warpdyn as wd
@@ -338,12 +339,11 @@ def plans():
     # Equal storeys: on a GPU, several threads share a sample. stoermer evaluates the forces once per step.
     for method in ("rk4", "stoermer"):
         yield plan_of(TWISTING, dynamics_of(TWISTING), method, "float32", is_gpu=False)
-    # Massless rotations of a fish-bone frame with hinges.
+    # Massless rotations of a fish-bone frame with hinges, and of a frame with hinges and several bays.
     for method in ("rk4", "stoermer"):
-        hinged = wd.Scene(
-            reference_model(drift_capacity=0.1), wd.Cloud([motion("pulse_1", 1)]), recorders=("spring", "residual")
-        )
-        yield plan_of(hinged, dynamics_of(hinged), method, "float32", is_gpu=False)
+        for model in (reference_model(drift_capacity=0.1), hinged_frame("portal", drift_capacity=0.1)):
+            hinged = wd.Scene(model, wd.Cloud([motion("pulse_1", 1)]), recorders=("spring", "residual"))
+            yield plan_of(hinged, dynamics_of(hinged), method, "float32", is_gpu=False)
     # A kernel that checks for collapse once per group of steps.
     yield replace(PLAIN, method="stoermer", recorders=("drift",), undivided=True)
 

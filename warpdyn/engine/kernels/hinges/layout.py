@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 VALUES_OF_MEMBER = 3  # bending stiffness: start, between start and end, end [N m/rad]
@@ -12,8 +13,9 @@ class JointFrame:
     """Indices of a frame whose massless displacements a kernel finds in each stage.
 
     Rows of displacements are the massless ones of nodes (rotations, and vertical displacements over a length), then the
-    rotations of hinges, a row for ends without hinges, and last a row for supports; both are always 0. The unknown matrix is stored by
-    rows, each from its first entry that is not 0 to the diagonal. Values of entries are arguments of the kernel.
+    rotations of hinges, a row for ends without hinges, and last a row for supports; both are always 0. The matrix is
+    stored by rows, each from its first entry that is not 0 to the diagonal. Values of entries are arguments of the
+    kernel.
 
     Args:
         storeys: Number of storeys.
@@ -128,3 +130,11 @@ class JointFrame:
     def rows_of(self, spring: int) -> tuple[int, int]:
         """Return the two rows whose difference is the rotation of a hinge."""
         return self.ends[self.springs.index(spring)], self.rows - 1
+
+
+def starts_of(lists: Sequence[Sequence[int]]) -> list[int]:
+    """Return the place of the first element of each list in a concatenation of all, and the length of this."""
+    found = [0]
+    for each in lists:
+        found.append(found[-1] + len(each))
+    return found

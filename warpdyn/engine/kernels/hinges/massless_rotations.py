@@ -5,8 +5,8 @@ state, whose unbalanced moments differ from those of the stage only by the chang
 one solution and one evaluation of the hinges if no hinge changes its branch. The moments are always checked. If they do
 not balance, `hinge_search.py` continues. The factors of the linear system are kept until a branch changes.
 
-This file contains the loop. `column_line.py` (fish-bones) and `joint_frame.py` (frames with several bays) contain the
-moments, the linear system and its solution; `hinge_laws.py` contains the laws.
+This file contains the loop. `column_line.py` (fish-bones) and `joint_frame.py` with `joint_system.py` (several
+bays) contain the moments and the linear system; `hinge_laws.py` contains the laws.
 """
 
 order = 5

@@ -152,7 +152,7 @@ class LumpedMatrices:
 
     @property
     def column_line(self) -> ColumnLine | JointFrame | None:
-        """The column line of a fish-bone frame with hinges, or the layout of another frame with hinges; otherwise None."""
+        """The column line of a fish-bone frame with hinges, or the layout of another frame with hinges, or None."""
         return None
 
     def values_of_line(self, values: Values) -> np.ndarray:

@@ -1,4 +1,4 @@
-"""What frames with hinges have in common: their hinges, damping of floors only, and their description."""
+"""The common part of frames with hinges: their hinges, damping of floors only, and their description."""
 
 from __future__ import annotations
 

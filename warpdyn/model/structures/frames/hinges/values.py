@@ -70,7 +70,7 @@ def values_of(
         floors: Numbers of the floors among the free degrees of freedom.
     """
     members = hinged.members
-    # The hinges are no part of the members here: their ends are rigid, others keep their springs and releases.
+    # The hinges are not a part of the members here: their ends are rigid, others keep their springs and releases.
     springs = frame.geometry.end_springs.copy()
     springs[members] = np.where(hinged.is_hinge, np.inf, springs[members])
     geometry = replace(frame.geometry, end_springs=springs)
