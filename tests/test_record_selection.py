@@ -180,7 +180,7 @@ def test_refused(screened, target, arguments, message):
 @pytest.mark.filterwarnings("default")
 def test_a_selection_that_differs_from_its_target_is_reported(library):
     far = wd.TargetSpectrum(PERIODS, median(PERIODS) * PERIODS**-2, sigma(PERIODS))
-    with pytest.warns(UserWarning, match=r"the median at 0.05 s is 0.\d+ times that of the target"):
+    with pytest.warns(UserWarning, match=r"the median at 5 s is \d+.\d+ times that of the target"):
         wd.select_records(library, far, 10, passes=0)
 
 
@@ -381,6 +381,9 @@ def test_the_records_of_fema_p695_agree_with_a_target():
     )
     spectra = wd.RecordSpectra.from_motions([*wd.records.far_field(), *wd.records.near_field()], periods)
     target = wd.conditional_spectrum(periods, of_model, spread, ONE, epsilon=0.5)
-    median_error, deviation_error = wd.select_records(spectra, target, 20, tolerance=0.0).largest_errors[0]
-    assert median_error < 0.05  # 3.7 %
-    assert deviation_error < 0.1  # 7.5 %
+    selection = wd.select_records(spectra, target, 20, tolerance=0.0, starts=12)
+    median_error, deviation_error = selection.largest_errors[0]
+    assert median_error < 0.05
+    assert deviation_error < 0.1
+    one = wd.select_records(spectra, target, 20, tolerance=0.0).largest_errors[0]
+    assert max(2 * median_error, deviation_error) <= max(2 * one[0], one[1])

@@ -31,6 +31,7 @@ from warpdyn.model.ground_motions.selection.target import TargetSpectrum
 STATISTICS = ("moments", "kolmogorov_smirnov")
 PLAUSIBLE_FACTOR = 10.0  # a larger bound of the scale factor gives a warning
 PLAUSIBLE_ERROR = 0.2  # a larger relative error of the median or the standard deviation gives a warning
+ERROR_OF_MEDIAN = 2.0  # weight of the largest error of the median in the choice between several starts
 FEW = 2.0  # fewer than this multiple of `number` candidates give a warning
 
 
@@ -49,6 +50,7 @@ def select_records(
     weights: tuple[float, float, float] = (1.0, 2.0, 0.3),
     tolerance: float = 0.1,
     passes: int = 4,
+    starts: int = 1,
     seed: int = 0,
 ) -> RecordSelection:
     """Select records whose response spectra have the mean and the standard deviation of a target.
@@ -77,6 +79,8 @@ def select_records(
         weights: Weights of the errors of mean, standard deviation and (of simulated spectra) skewness [1].
         tolerance: The passes end if the largest relative errors of median and standard deviation are below it [1].
         passes: Largest number of passes of the greedy improvement.
+        starts: Largest number of sets of simulated spectra from which the selection starts. The starts end at the
+            tolerance; otherwise the selection with the smallest errors is returned. Give 10 for small sets of records.
         seed: Seed of the simulated spectra.
 
     Returns:
@@ -98,6 +102,7 @@ def select_records(
     row = _checked_targets(targets)
     number = whole_number("select_records: number", number, 1)
     passes = whole_number("select_records: passes", passes, 0)
+    starts = whole_number("select_records: starts", starts, 1)
     tolerance = real_number("select_records: tolerance", tolerance, least=0)
     one_of("statistic", statistic, STATISTICS)
     seed = whole_number("select_records: seed", seed, 0)
@@ -125,7 +130,7 @@ def select_records(
         )
     settings = {"weights": tuple(shares.tolist()), "statistic": statistic, "most_per_event": most}
     found = [
-        _selected(records, target, number, bound, bounds, events, settings, tolerance, passes, (seed, place))
+        _selected(records, target, number, bound, bounds, events, settings, tolerance, passes, starts, (seed, place))
         for place, target in enumerate(row)
     ]
     selection = RecordSelection(records, tuple(found))
@@ -189,6 +194,7 @@ def _selected(
     settings: dict,
     tolerance: float,
     passes: int,
+    starts: int,
     seed: tuple[int, int],
 ) -> LevelSelection:
     """Return the selection for one target."""
@@ -215,12 +221,22 @@ def _selected(
         **settings,
     )
     random = np.random.default_rng([*seed, Purpose.RECORD_SELECTION])
-    simulated = simulated_spectra(target, number, problem.weights, random)
-    chosen, used = nearest_records(problem, simulated)
 
     def is_good(scaled: np.ndarray) -> bool:
         return max(largest_errors(target, scaled)) <= tolerance
 
-    if not is_good(problem.spectra[chosen] + np.log(used)[:, None]):
-        chosen, used = improved(problem, chosen, used, passes, is_good)
-    return LevelSelection(target, allowed[chosen], used, left | {"all bounds": allowed.size})
+    best, least = None, np.inf
+    for _ in range(starts):
+        simulated = simulated_spectra(target, number, problem.weights, random)
+        chosen, used = nearest_records(problem, simulated)
+        if not is_good(problem.spectra[chosen] + np.log(used)[:, None]):
+            chosen, used = improved(problem, chosen, used, passes, is_good)
+        scaled = problem.spectra[chosen] + np.log(used)[:, None]
+        median, deviation = largest_errors(target, scaled)
+        score = max(ERROR_OF_MEDIAN * median, deviation)
+        if best is None or score < least:
+            best, least = (chosen, used), score
+        if is_good(scaled):
+            break
+    assert best is not None
+    return LevelSelection(target, allowed[best[0]], best[1], left | {"all bounds": allowed.size})
