@@ -31,11 +31,7 @@ LAYERS = {
         "live",
         "inference",
     ),
-<<<<<<< HEAD
     "answers": ("fragility", "risk", "sensitivity", "reliability", "contents"),
-=======
-    "answers": ("fragility", "risk", "sensitivity"),
->>>>>>> h/calibrate
     "interfaces": ("exchange", "plots", "reports", "command_line"),
 }
 PACKAGES = [f"{layer}.{package}" for layer, packages in LAYERS.items() for package in packages]
