@@ -18,8 +18,8 @@ STUDIES = Path(__file__).parents[1] / "studies"
 # solutions.
 LAYERS = {
     "foundations": ("core", "files"),
-    "engine": ("tracing", "methods", "device", "laws", "kernels"),
-    "model": ("structures", "ground_motions", "scene", "inventories", "sites"),
+    "engine": ("tracing", "methods", "device", "laws", "controllers", "kernels"),
+    "model": ("structures", "ground_motions", "control", "scene", "inventories", "sites"),
     "campaigns": ("integration", "accuracy", "preparation", "portfolio", "reductions", "incremental", "running"),
     "answers": ("fragility", "risk", "sensitivity"),
     "interfaces": ("exchange", "plots", "reports", "command_line"),

@@ -56,6 +56,7 @@ from .campaigns.running.selections import (
 )
 from .campaigns.running.simulate import simulate as simulate
 from .engine import kernels as kernels, laws as laws
+from .model import control as control
 from .foundations.core.plausibility import meant_as_given as meant_as_given
 from .foundations.files.netcdf import write as write
 from .interfaces import plots as plots

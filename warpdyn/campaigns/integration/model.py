@@ -27,6 +27,8 @@ from warpdyn.foundations.core.output_variables import Variable
 from warpdyn.model.ground_motions.excitation import Assignment, Timeline
 from warpdyn.model.scene.scene import Scene
 
+# A command acts from the start of a step, and the last stage of these methods is at the end of the step.
+METHODS_OF_CONTROL = ("rk4", "heun")
 MOST_VALUES = 2**28  # most values of interpolated motions on a GPU: 1 GiB in float32
 FAMILIES: dict[str, type[Dynamics]] = {
     "chain": ChainDynamics,
@@ -77,8 +79,18 @@ def plan_of(scene: Scene, dynamics: Dynamics, method: str, dtype: str, *, is_gpu
         starts_displaced=not scene.structure.forgets and bool(np.any(scene.excitation.start[0])),
         records_late=scene.record_from > 0,
         pattern=dynamics.pattern,
+        control=None if scene.control is None else scene.control.rules(scene.structure),
     )
     return fitted(plan, is_gpu)
+
+
+def check_controlled(method: str, scene: Scene) -> None:
+    """Raise a ValueError if a scene has a control and the method does not support it."""
+    if scene.control is not None and method not in METHODS_OF_CONTROL:
+        raise ValueError(
+            f"method {method!r} does not support the control of the scene: give method= one of "
+            f"{', '.join(map(repr, METHODS_OF_CONTROL))}"
+        )
 
 
 def plans_of_events(plan: Plan, events: int) -> tuple[Plan, ...]:
@@ -116,6 +128,7 @@ def kernel_text(scene: Scene, method: str | None, dtype: str | None, device: str
     how, error = Integration(method=method, dtype=dtype), dynamics.error_of_float32
     integration = how.settled(dynamics.forces, scene, is_gpu=is_gpu, error_of_float32=error)
     check_fits(integration.method, dynamics.forces, damping)
+    check_controlled(integration.method, scene)
     plan = plan_of(scene, dynamics, integration.method, integration.dtype, is_gpu=is_gpu)
     return composed(plans_of_events(plan, len(scene.excitation.event_names))[0]).text
 
@@ -254,6 +267,8 @@ class Model:
                 self._loads[place] = interpolated(self.loads_on(device), self.plan.dtype, finer, components)
             else:
                 packed: Arrays = self.scene.excitation.pack(self.timeline, self.plan.dofs)
+                if self.scene.control is not None:
+                    packed |= self.scene.control.packed(self.scene.structure)
                 self._loads[place] = arguments.brought("Load", packed, self.plan.dtype, device)
         return self._loads[place]
 

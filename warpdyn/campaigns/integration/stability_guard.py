@@ -9,9 +9,10 @@ import numpy as np
 
 from warpdyn.campaigns.integration.dynamics import Vibration
 from warpdyn.campaigns.integration.ensemble import Ensemble
+from warpdyn.engine.kernels.output_table import OF_FAILURES
 from warpdyn.engine.methods.defaults import FALLBACK
 from warpdyn.foundations.core.messages import warn_caller
-from warpdyn.foundations.core.output_variables import DIVERGED, NOT_CONVERGED, UNSTABLE_STEP
+from warpdyn.foundations.core.output_variables import CONTROL_FAILED, DIVERGED, NOT_CONVERGED, UNSTABLE_STEP
 from warpdyn.model.ground_motions.excitation import MOST_STEPS
 
 # A sample that failed because of its storey law is run again with twice as many steps, up to MOST_RERUNS times. Within
@@ -44,7 +45,7 @@ class StabilityFindings:
         self.samples, self.method, self.event = samples, method, f"{event}: " if event else ""
         self.beyond = self.unsure = self.in_float64 = self.blank = 0
         self.too_long, self.longest_accurate = 0, np.inf  # samples with an inaccurate step; longest accurate step [s]
-        self.failed = dict.fromkeys((DIVERGED, UNSTABLE_STEP, NOT_CONVERGED), 0)
+        self.failed = dict.fromkeys((DIVERGED, UNSTABLE_STEP, NOT_CONVERGED, CONTROL_FAILED), 0)
         self.leaping = 0  # samples in which a storey passed its drift capacity by a move of over half of it in one step
         self.has_hinges = False  # whether structures have a column line
         self.least, self.most = np.inf, 1.0  # step that is stable for all [s]; largest factor on the number of steps
@@ -169,6 +170,12 @@ class StabilityFindings:
                 "samples are NaN. If the force of a storey law jumps, as when the energy capacity of an "
                 "Ibarra-Medina-Krawinkler storey is exhausted, the step has no solution, and a shorter step does not "
                 f'help. Use an explicit method: method="{FALLBACK}"'
+            )
+        if self.failed[CONTROL_FAILED]:
+            messages.append(
+                f"{self._are(self.failed[CONTROL_FAILED])} flagged control_failed: a command was not finite or beyond "
+                "its limits, or a stroke exceeded its limit; demands of such samples are NaN. `control_failure` and "
+                "`time_of_control_failure` give the reason and the time"
             )
         if self.too_long:
             messages.append(
@@ -320,7 +327,8 @@ class Reruns:
             samples: Indices of the samples in `run`, after all earlier samples of their ranges.
             outputs: Outputs of the samples by name, which are overwritten; the last dimension is the sample.
         """
-        failed = np.flatnonzero(outputs["status"] >= DIVERGED)
+        # A shorter step does not help if a control failed.
+        failed = np.flatnonzero((outputs["status"] >= DIVERGED) & (outputs["status"] != CONTROL_FAILED))
         if not failed.size and run.is_of_whole_ranges:
             return
         structures = structures_of_a_range(run.scene.excitation.samples_per_structure)
@@ -348,7 +356,7 @@ class Reruns:
             found = run.integrate(again)
             for name, values in found.items():
                 outputs[name][..., failed] = values
-            still = found["status"] >= DIVERGED
+            still = (found["status"] >= DIVERGED) & (found["status"] != CONTROL_FAILED)
             failed, of_failed, afforded = failed[still], of_failed[still], afforded[still]
 
     def _charge(
@@ -395,5 +403,5 @@ def integrate_guarded(run: Ensemble, samples: np.ndarray, reruns: Reruns | None 
 def blank_failed(outputs: dict[str, np.ndarray], failed: np.ndarray) -> None:
     """Set demands of failed samples to NaN (integers: -1), so that no statistic uses them."""
     for name, values in outputs.items() if failed.any() else ():
-        if name not in ("status", "spring_without_equilibrium"):  # why a sample failed
+        if name not in ("status", "spring_without_equilibrium", *OF_FAILURES):  # why a sample failed
             values[..., failed] = np.nan if np.issubdtype(values.dtype, np.floating) else -1

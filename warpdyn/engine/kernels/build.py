@@ -186,6 +186,8 @@ def _is_simple(spring: Spring) -> bool:
 
 def _sections(plan: Plan) -> int:
     """Return the number of GPU threads that share the storeys of a chain, so that their values fit in registers."""
+    if plan.control is not None:
+        return 1  # sensors of all floors, and a controller
     if plan.damping == "modal":
         return 1  # modal damping: the damping force of each floor depends on all floors
     words = 2 if plan.dtype == "float64" else 1

@@ -6,6 +6,7 @@ step, not between steps. Forces and accelerations satisfy the equation of motion
 
 from __future__ import annotations
 
+from warpdyn.engine.kernels.recorders.control import OF_CONTROL as OF_CONTROL
 from warpdyn.engine.kernels.recorders.history import HISTORY as HISTORY, OF_SPRINGS as OF_SPRINGS
 from warpdyn.engine.kernels.recorders.steps import ADAPTIVE
 from warpdyn.engine.kernels.registry import recorders
@@ -13,6 +14,10 @@ from warpdyn.foundations.core.output_variables import Variable
 
 # Family of the structure ("chain", "lumped" or "dense") -> recorder -> name in the dataset -> variable.
 RECORDERS = recorders()
+# Variables of whole histories by name.
+HISTORIES = HISTORY | OF_SPRINGS | OF_CONTROL
+# Why and when a control failed: kept if the demands of the sample are NaN.
+OF_FAILURES = ("control_failure", "time_of_control_failure")
 STOREY_OF_COLLAPSE = Variable(
     (), "1", "storey that collapsed first, counted from 1; -1 where none did", is_demand=False, is_whole=True
 )

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import warp as wp
 
+from warpdyn.engine.controllers.rules import ControlRules
 from warpdyn.engine.device.processor import FEWEST_LANES, module_options
 from warpdyn.engine.kernels.composing.user_recorders import Recorder, users_of_variables
 from warpdyn.engine.kernels.lumped.pattern import Pattern
@@ -58,6 +59,7 @@ class Plan:
         starts_displaced: Whether yielding storeys start at an initial drift, to which they are pushed slowly from rest.
         records_late: Whether peaks are recorded only after a later time than the start of the run (`record_from`).
         pattern: The entries of the matrices of a lumped structure that are not 0; None for other families.
+        control: Actuators, sensors and controller of a controlled structure; None without control.
     """
 
     family: str
@@ -81,6 +83,7 @@ class Plan:
     starts_displaced: bool = False
     records_late: bool = False
     pattern: Pattern | None = None
+    control: ControlRules | None = None
 
     @property
     def kind(self) -> str:
@@ -110,6 +113,8 @@ class Plan:
 
     def length(self, dim: str) -> int:
         """Return the length of a dimension of the outputs, such as "storey" or "spring"."""
+        if dim == "actuator":
+            return 0 if self.control is None else len(self.control.actuators)
         if self.pattern is None:
             return self.dofs
         lengths = {"spring": self.pattern.springs, "output": len(self.pattern.resultants)}
@@ -250,7 +255,7 @@ def settling_limit(plan: Plan) -> float:
 
 
 # Folder of a part -> category in `values_held`.
-HELD = {"loads": "state", "dampings": "structure", "parts": "structure", "lumped": "structure"}
+HELD = {"loads": "state", "control": "structure", "dampings": "structure", "parts": "structure", "lumped": "structure"}
 HELD |= {"stepping": "method", "recorders": "recorders"}
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, Self
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 
@@ -23,6 +23,11 @@ from warpdyn.model.scene.scatter import SAMPLING, GivenValues, Scatter, central,
 from warpdyn.model.structures.lumped.matrices import INCIDENCE
 from warpdyn.model.structures.lumped.places.storeys import NEEDS_STOREYS
 from warpdyn.model.structures.structure import Structure
+
+if TYPE_CHECKING:
+    from warpdyn.model.control.control import Control
+
+OF_ACTUATORS = "control"  # the recorder that each scene with a control has, and no other scene
 
 
 def _described(given: object) -> str:
@@ -93,6 +98,8 @@ class Scene:
             energies, collapses and histories refer to the whole run. If a sample collapses before this time, its
             peaks are those up to collapse.
         title: Title of the dataset.
+        control: Control of the structure: actuators, sensors and controller. The recorder "control" (forces, strokes
+            and work of the actuators) is then among the recorders. None: no control.
 
     Raises:
         ValueError, TypeError: If an argument is invalid, or the arguments do not fit each other.
@@ -114,6 +121,7 @@ class Scene:
     tail: float | None = None
     record_from: float = 0.0
     title: str = "warpdyn ensemble"
+    control: Control | None = None
 
     def __post_init__(self) -> None:
         if not isinstance(self.structure, Structure):
@@ -147,13 +155,20 @@ class Scene:
             )
         known = RECORDERS[self.structure.family]
         lacking = self.structure.lacking
-        every = known.keys() - USERS.keys() - set(lacking)
+        every = known.keys() - USERS.keys() - set(lacking) - {OF_ACTUATORS}
         recorders = tuple(every) if self.recorders is None else self.recorders
         if not isinstance(recorders, tuple | list):
             raise TypeError(f"recorders must be a tuple of recorders, such as ('drift',), got {recorders!r}")
         if not isinstance(self.title, str):
             raise TypeError(f"title must be text, got {self.title!r}")
         recorders = tuple(map(recorder_name, recorders))
+        if self.control is not None:
+            from warpdyn.model.control.fit import check_control  # imports SciPy's solvers of linear algebra
+
+            check_control(self.control, self.structure, excitation)
+            recorders = (*recorders, OF_ACTUATORS)
+        elif OF_ACTUATORS in recorders:
+            raise ValueError(f"recorder {OF_ACTUATORS!r} needs a control: give control=wd.control.Control(...)")
         for name in recorders:
             one_of(f"recorder of a {type(self.structure).__name__}", name, known)
             if name in lacking:
@@ -228,7 +243,8 @@ class Scene:
 
     def description(self) -> dict[str, object]:
         """Return the arguments of the scene as a dictionary, from which its JSON is made."""
-        return {name: getattr(self, name) for name in self.__dataclass_fields__}
+        found = {name: getattr(self, name) for name in self.__dataclass_fields__}
+        return found if self.control is not None else {name: each for name, each in found.items() if name != "control"}
 
     def to_json(self) -> str:
         """Return the scene as JSON text. Of an array with more than 1,024 values, the JSON contains only the shape.
