@@ -56,7 +56,6 @@ from .campaigns.running.selections import (
 )
 from .campaigns.running.simulate import simulate as simulate
 from .engine import kernels as kernels, laws as laws
-from .model import control as control
 from .foundations.core.plausibility import meant_as_given as meant_as_given
 from .foundations.files.netcdf import write as write
 from .interfaces import plots as plots
@@ -80,7 +79,7 @@ from .interfaces.exchange.regional.r2d_results import write_r2d_results as write
 from .interfaces.exchange.tables import write_table as write_table
 from .interfaces.reports.run_report import report as report
 from .interfaces.reports.summary import summary as summary
-from .model import inventories as inventories, sites as sites
+from .model import control as control, inventories as inventories, sites as sites
 from .model.ground_motions import records as records
 from .model.ground_motions.designs import (
     Cloud as Cloud,
