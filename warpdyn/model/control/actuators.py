@@ -10,6 +10,7 @@ import numpy as np
 
 from warpdyn.engine.controllers.rules import DAMPER, FORCE, MAGNETORHEOLOGICAL, ActuatorRules
 from warpdyn.foundations.core.checks import real_number, shortened
+from warpdyn.foundations.core.frozen_values import FrozenMapping
 from warpdyn.foundations.core.near_misses import did_you_mean
 from warpdyn.model.structures.lumped.structure import LumpedStructure
 from warpdyn.model.structures.shear_building import ShearBuilding
@@ -40,7 +41,7 @@ def rows_at(structure: Structure, place: Place) -> tuple[tuple[int, float], ...]
                 raise ValueError(f"the actuator is in storey {place}, but the building has storeys 1 to {structure.storeys}")
             return ((storey - 1, 1.0),) if storey == 1 else ((storey - 1, 1.0), (storey - 2, -1.0))
         names = list(range(1, structure.storeys + 1))
-        place = {int(k) if isinstance(k, str) and k.isdigit() else k: value for k, value in place.items()}
+        place = {int(name) if name.isdigit() else name: factor for name, factor in place.items()}
         what = "floor"
     else:
         assert isinstance(structure, LumpedStructure)
@@ -83,6 +84,8 @@ class _Attached:
                 "place must be the number of a storey, the name of a spring, or degrees of freedom with factors such "
                 f"as {{2: 1.0, 1: -1.0}}, got {shortened(self.place)}"
             )
+        if isinstance(self.place, Mapping):  # text as keys, as in JSON
+            object.__setattr__(self, "place", FrozenMapping({str(name): each for name, each in self.place.items()}))
         for field in fields(self):
             value = getattr(self, field.name)
             if field.name != "place" and value is not None:
