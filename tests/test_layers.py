@@ -22,7 +22,7 @@ LAYERS = {
     "model": ("structures", "ground_motions", "control", "scene", "inventories", "sites"),
     "campaigns": ("integration", "accuracy", "preparation", "portfolio", "reductions", "incremental", "running"),
     "answers": ("fragility", "risk", "sensitivity"),
-    "interfaces": ("exchange", "plots", "reports", "command_line"),
+    "interfaces": ("exchange", "plots", "reports", "hybrid", "command_line"),
 }
 PACKAGES = [f"{layer}.{package}" for layer, packages in LAYERS.items() for package in packages]
 MOST_FILES = 13  # a dozen, and `__init__.py`

@@ -58,7 +58,7 @@ from .campaigns.running.simulate import simulate as simulate
 from .engine import kernels as kernels, laws as laws
 from .foundations.core.plausibility import meant_as_given as meant_as_given
 from .foundations.files.netcdf import write as write
-from .interfaces import plots as plots
+from .interfaces import hybrid as hybrid, plots as plots
 from .interfaces.exchange.nrml_fragility import write_nrml_fragility as write_nrml_fragility
 from .interfaces.exchange.nrml_fragility_reader import read_nrml_fragility as read_nrml_fragility
 from .interfaces.exchange.nrml_vulnerability import (
