@@ -14,7 +14,14 @@ from warpdyn.campaigns.integration.time_grid import Schedule, steps_of_sampling
 from warpdyn.engine.kernels import arguments, queues as devices
 from warpdyn.engine.kernels.build import history_plan
 from warpdyn.engine.kernels.loads import LOADS
-from warpdyn.engine.kernels.output_table import COLLAPSE, COLLAPSE_OF_SPRINGS, HISTORIES, OF_CONTROL, OF_FAILURES, OF_ROTATIONS
+from warpdyn.engine.kernels.output_table import (
+    COLLAPSE,
+    COLLAPSE_OF_SPRINGS,
+    HISTORIES,
+    OF_CONTROL,
+    OF_FAILURES,
+    OF_ROTATIONS,
+)
 from warpdyn.engine.kernels.plan import Plan
 from warpdyn.foundations.core.random_numbers import key_of
 from warpdyn.model.ground_motions.excitation import MOST_STEPS, Assignment
@@ -224,7 +231,12 @@ class Ensemble:
         widths = {name: self.plan.length(HISTORIES[name].dims[0]) for name in names}
         blank = {name: np.full((last.size, times, width), np.nan) for name, width in widths.items()}
         history = self.queue.upload("History", blank, self.plan.dtype)
-        of_outcome = {"status", *OF_ROTATIONS, *OF_FAILURES, *(COLLAPSE | COLLAPSE_OF_SPRINGS if self.plan.collapses else ())}
+        of_outcome = {
+            "status",
+            *OF_ROTATIONS,
+            *OF_FAILURES,
+            *(COLLAPSE | COLLAPSE_OF_SPRINGS if self.plan.collapses else ()),
+        }
         outcomes = {name: values for name, values in self.model.blank_outputs(last.size).items() if name in of_outcome}
         output = self.queue.blank(outcomes, self.plan.dtype)
         for own in np.unique(every_own):

@@ -19,7 +19,9 @@ from warpdyn.engine.laws.written.source import Captured, Written, captured, devi
 from warpdyn.foundations.core.checks import real_number
 from warpdyn.foundations.core.near_misses import did_you_mean
 
-EXAMPLE = "@wp.func\n    def command(measured: Any, memory: Any, c: Any):\n        return -c.coefficient * measured.rate"
+EXAMPLE = (
+    "@wp.func\n    def command(measured: Any, memory: Any, c: Any):\n        return -c.coefficient * measured.rate"
+)
 
 
 @dataclass_transform(kw_only_default=True, frozen_default=True, field_specifiers=(parameter,))

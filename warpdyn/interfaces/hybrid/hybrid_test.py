@@ -212,9 +212,7 @@ class HybridTest:
                 if late < 0:
                     time.sleep(-late)
 
-    def _exchange(
-        self, link: socket.socket, place: int, sent: np.ndarray, record: _Record
-    ) -> tuple[np.ndarray, float]:
+    def _exchange(self, link: socket.socket, place: int, sent: np.ndarray, record: _Record) -> tuple[np.ndarray, float]:
         """Send displacements, velocities and accelerations; return the measured forces and the time it took [s]."""
         largest = np.abs(sent[0]).max()
         if largest > self.limits[0]:

@@ -101,7 +101,9 @@ class Substructure:
         header = receive_header(link)
         dofs, data_size = int(header[0]), int(header[-1])
         if dofs != self.dofs:
-            raise ConnectionError(f"the client controls {dofs} degrees of freedom, but the substructure has {self.dofs}")
+            raise ConnectionError(
+                f"the client controls {dofs} degrees of freedom, but the substructure has {self.dofs}"
+            )
         trial = np.zeros(3 * dofs + 1)
         forces = np.zeros(dofs)
         while True:

@@ -1,6 +1,6 @@
 """Control of structures: actuators, sensors, controllers, regulators (LQR, LQG), and analysis of closed loops.
 
-    wd.control.Control([wd.control.Actuator(1)], regulator=..., sampling_interval=0.01)
+wd.control.Control([wd.control.Actuator(1)], regulator=..., sampling_interval=0.01)
 """
 
 from __future__ import annotations
@@ -44,7 +44,9 @@ __all__ = [
 
 def __getattr__(name: str) -> object:
     """Raise an AttributeError that suggests the correct name."""
-    raise AttributeError(f"warpdyn.control has no {name!r}{did_you_mean(name, __all__)}; dir(wd.control) lists its names")
+    raise AttributeError(
+        f"warpdyn.control has no {name!r}{did_you_mean(name, __all__)}; dir(wd.control) lists its names"
+    )
 
 
 def __dir__() -> list[str]:

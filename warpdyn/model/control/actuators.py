@@ -38,7 +38,9 @@ def rows_at(structure: Structure, place: Place) -> tuple[tuple[int, float], ...]
         if not isinstance(place, Mapping):
             storey = int(place)
             if storey != place or not 1 <= storey <= structure.storeys:
-                raise ValueError(f"the actuator is in storey {place}, but the building has storeys 1 to {structure.storeys}")
+                raise ValueError(
+                    f"the actuator is in storey {place}, but the building has storeys 1 to {structure.storeys}"
+                )
             return ((storey - 1, 1.0),) if storey == 1 else ((storey - 1, 1.0), (storey - 2, -1.0))
         names = list(range(1, structure.storeys + 1))
         place = {int(name) if name.isdigit() else name: factor for name, factor in place.items()}
@@ -275,9 +277,11 @@ class MRDamper(_Attached):
     def _bounds(self, name: str) -> dict[str, float]:
         if name in ("beta", "offset"):
             return {}
-        return {"above": 0.0} if name in ("dashpot_1", "slope", "voltage_rate", "voltage_limit", "stroke_limit") else {
-            "least": 0.0
-        }
+        return (
+            {"above": 0.0}
+            if name in ("dashpot_1", "slope", "voltage_rate", "voltage_limit", "stroke_limit")
+            else {"least": 0.0}
+        )
 
     @property
     def command_limits(self) -> tuple[float, float]:

@@ -91,7 +91,9 @@ class Control:
                 "shorter sampling_interval"
             )
         if round(count) > MOST_DELAYED:
-            raise ValueError(f"delay is {round(count)} sampling intervals, more than {MOST_DELAYED}: give a shorter delay")
+            raise ValueError(
+                f"delay is {round(count)} sampling intervals, more than {MOST_DELAYED}: give a shorter delay"
+            )
         for name in ("noise", "resolution"):
             given = getattr(self, name)
             if not isinstance(given, Mapping):

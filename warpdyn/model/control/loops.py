@@ -136,7 +136,11 @@ def sampled_eigenvalues(
     # State of the loop: structure, observer, the acting command of the last interval, and queued commands.
     size = states + observer + forces * (1 + delay)
     loop = np.zeros((size, size))
-    x, s, acting = slice(0, states), slice(states, states + observer), slice(states + observer, states + observer + forces)
+    x, s, acting = (
+        slice(0, states),
+        slice(states, states + observer),
+        slice(states + observer, states + observer + forces),
+    )
 
     def queue(place: int) -> slice:
         first = states + observer + forces * (1 + place)

@@ -51,7 +51,9 @@ def check_structure(structure: Any) -> Structure:
     if not isinstance(structure, ShearBuilding | LumpedStructure):
         raise TypeError(f"only {CONTROLLED} can be controlled, got {type(structure).__name__}")
     if structure.components > 1:
-        raise ValueError(f"only {CONTROLLED} can be controlled, but this structure has {structure.components} components")
+        raise ValueError(
+            f"only {CONTROLLED} can be controlled, but this structure has {structure.components} components"
+        )
     if isinstance(structure, LumpedStructure) and structure.column_line is not None:
         raise ValueError(f"only {CONTROLLED} can be controlled, not a frame with hinges")
     return structure

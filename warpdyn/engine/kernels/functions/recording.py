@@ -45,9 +45,7 @@ def keep_spring(history: Any, row: int, step: int, every: int, spring: int, defo
 
 
 @wp.func
-def keep_actuator(
-    history: Any, row: int, step: int, every: int, actuator: int, force: Any, stroke: Any, command: Any
-):
+def keep_actuator(history: Any, row: int, step: int, every: int, actuator: int, force: Any, stroke: Any, command: Any):
     """Write force, stroke and command of an actuator at a step's start to the history, if the step is recorded."""
     if step % every == 0:
         if step / every < history.control_force.shape[1]:

@@ -91,7 +91,11 @@ def check_function(function: Captured, memory: tuple[str, ...]) -> None:
     if expected is None:
         return
     count = len(memory) + RETURNS_MEMORY[name] if name in RETURNS_MEMORY else 1
-    values = ["command" if name in OF_CONTROLLERS else "force"] * RETURNS_MEMORY.get(name, 0) + [*memory] if name in RETURNS_MEMORY else [f"its {name}"]
+    values = (
+        ["command" if name in OF_CONTROLLERS else "force"] * RETURNS_MEMORY.get(name, 0) + [*memory]
+        if name in RETURNS_MEMORY
+        else [f"its {name}"]
+    )
     for each in ast.walk(node):
         if isinstance(each, ast.Return):
             found = len(returned(each))
