@@ -139,7 +139,7 @@ def integrated_energy(gamma, beta):
     return solve_ivp(rates, (0.0, 0.4), np.zeros(3), method="LSODA", rtol=1e-10, atol=1e-13).y[2, -1]
 
 
-@pytest.mark.parametrize("gamma, beta", [(136320.0, 2059020.0), (2059020.0, 136320.0)])
+@pytest.mark.parametrize(("gamma", "beta"), [(136320.0, 2059020.0), (2059020.0, 136320.0)])
 def test_unequal_loop_parameters_and_order_of_convergence(gamma, beta):
     # Velocities change their sign within a step, which limits the order to 2.
     due, errors = integrated_energy(gamma, beta), []
@@ -273,7 +273,7 @@ def simulated(low, high, interval, steps, ratio):
 
     state, speed, peak, h = np.zeros(2), 0.0, 0.0, interval
     for k in range(steps):
-        x, v = state
+        v = state[1]
         absolute = v + speed  # velocity of the base: acceleration is linear between its samples
         c = min(max(high * absolute / v, low), high) if absolute * v > 0 else low
         middle = (base[k] + base[k + 1]) / 2

@@ -229,7 +229,7 @@ def test_an_actuator_at_no_place_is_refused(case):
     loop = control.Control(**GOOD | {"actuators": [control.Actuator(place)]})
     with pytest.raises(ValueError, match=message):
         wd.Scene(CHAIN, wd.Cloud([MOTION]), control=loop)
-    with pytest.raises(ValueError, match="no spring 'frist' .did you mean 'first'"):
+    with pytest.raises(ValueError, match=r"no spring 'frist' .did you mean 'first'"):
         control.state_space(DYKE, [control.Actuator("frist")])
 
 
@@ -250,11 +250,11 @@ def test_scenes_that_cannot_be_controlled():
     with pytest.raises(ValueError, match="method 'stoermer' does not support the control"):
         wd.simulate(scene, method="stoermer", device="cpu")
     odd = wd.Scene(CHAIN, wd.Cloud([MOTION]), control=control.Control(**GOOD | {"sampling_interval": 0.015}))
-    with pytest.raises(ValueError, match="neither a multiple nor a whole fraction .* give sampling_interval=0.02"):
+    with pytest.raises(ValueError, match=r"neither a multiple nor a whole fraction .* give sampling_interval=0.02"):
         wd.simulate(odd, device="cpu")
+    finer = wd.Scene(CHAIN, wd.Cloud([MOTION]), control=control.Control(**GOOD | {"sampling_interval": 0.0025}))
     with pytest.raises(ValueError, match="does not divide the sampling interval of the control"):
-        fine = control.Control(**GOOD | {"sampling_interval": 0.0025})
-        wd.simulate(wd.Scene(CHAIN, wd.Cloud([MOTION]), control=fine), step=0.005, device="cpu")
+        wd.simulate(finer, step=0.005, device="cpu")
 
 
 def test_warnings_of_slow_sampling():
@@ -295,4 +295,5 @@ def test_actuators_refuse_wrong_values():
 def test_uncontrolled_kernels_contain_nothing_of_control():
     for method, recorders in itertools.product(("rk4", "heun"), (("drift",), None)):
         text = wd.kernels.source(wd.Scene(CHAIN, wd.Cloud([MOTION]), recorders=recorders), method=method, device="cpu")
-        assert "control_force" not in text and "steps_of_sampling" not in text
+        assert "control_force" not in text
+        assert "steps_of_sampling" not in text

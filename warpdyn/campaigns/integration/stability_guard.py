@@ -9,6 +9,7 @@ import numpy as np
 
 from warpdyn.campaigns.integration.dynamics import Vibration
 from warpdyn.campaigns.integration.ensemble import Ensemble
+from warpdyn.campaigns.integration.time_grid import stable_substeps
 from warpdyn.engine.kernels.output_table import OF_FAILURES
 from warpdyn.engine.methods.defaults import FALLBACK
 from warpdyn.foundations.core.messages import warn_caller
@@ -30,6 +31,10 @@ LARGEST_CHANGE = 0.01  # relative change of a reliable sample's peak drift in a 
 SUMS: tuple[str, ...] = ("beyond", "unsure", "in_float64", "blank", "too_long", "leaping")
 SUMS += ("off", "sensitive", "unreliable", "checked", "unchecked")
 LEAST, MOST, FIRST = ("longest_accurate", "least"), ("most", "error", "has_hinges"), ("first", "never")
+OF_CONTROL = (
+    "flagged control_failed: a command was not finite or beyond its limits, or a stroke exceeded its limit; demands of "
+    "such samples are NaN. `control_failure` and `time_of_control_failure` give the reason and the time"
+)
 
 
 class StabilityFindings:
@@ -172,11 +177,7 @@ class StabilityFindings:
                 f'help. Use an explicit method: method="{FALLBACK}"'
             )
         if self.failed[CONTROL_FAILED]:
-            messages.append(
-                f"{self._are(self.failed[CONTROL_FAILED])} flagged control_failed: a command was not finite or beyond "
-                "its limits, or a stroke exceeded its limit; demands of such samples are NaN. `control_failure` and "
-                "`time_of_control_failure` give the reason and the time"
-            )
+            messages.append(f"{self._are(self.failed[CONTROL_FAILED])} {OF_CONTROL}")
         if self.too_long:
             messages.append(
                 f"the step is too long for the first period of {self.too_long} of {self.samples} samples: the method's "
@@ -284,17 +285,6 @@ def guard(
     findings.most = max(findings.most, float((substeps / before).max()))
     run.schedule = run.restepped(np.flatnonzero(unstable), substeps)
     return np.zeros_like(unstable)
-
-
-def stable_substeps(step: np.ndarray, substeps: np.ndarray, longest: np.ndarray) -> np.ndarray:
-    """Return the smallest numbers of steps per interval that are stable, in float64, shape [sample].
-
-    Args:
-        step: Present step of each sample [s].
-        substeps: Present number of steps per interval of each sample.
-        longest: Longest stable step of each sample [s].
-    """
-    return np.ceil(step * substeps / longest * (1 - 1e-12))
 
 
 def structures_of_a_range(samples_per_structure: int) -> int:

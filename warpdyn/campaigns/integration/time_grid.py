@@ -279,6 +279,17 @@ def divided(step: np.ndarray, residual_steps: np.ndarray, factor: np.ndarray) ->
     return step / factor, np.maximum(np.round(residual_steps * factor), 1)
 
 
+def stable_substeps(step: np.ndarray, substeps: np.ndarray, longest: np.ndarray) -> np.ndarray:
+    """Return the smallest numbers of steps per interval that are stable, in float64, shape [sample].
+
+    Args:
+        step: Present step of each sample [s].
+        substeps: Present number of steps per interval of each sample.
+        longest: Longest stable step of each sample [s].
+    """
+    return np.ceil(step * substeps / longest * (1 - 1e-12))
+
+
 def motions_of_all(structure: np.ndarray, motion: np.ndarray) -> np.ndarray:
     """Return the motions of one structure if all structures have the same motions in the same order; otherwise empty.
 

@@ -21,7 +21,7 @@ class SkyhookDamper(Controller):
 
     coefficient: float = parameter("N s m-1", "force divided by the absolute velocity", low=0.0)
 
-    def command(measured: Any, memory: Any, c: Any):  # type: ignore[no-untyped-def, misc] # noqa: N805
+    def command(measured: Any, memory: Any, c: Any) -> Any:
         return -c.coefficient * (measured.upper_velocity + measured.ground_velocity)
 
 
@@ -36,7 +36,7 @@ class OnOffSkyhook(Controller):
     low: float = parameter("N s m-1", "coefficient if the damper would accelerate the body", low=0.0)
     high: float = parameter("N s m-1", "coefficient if the damper slows the body down", low=0.0, low_open=True)
 
-    def command(measured: Any, memory: Any, c: Any):  # type: ignore[no-untyped-def, misc] # noqa: N805
+    def command(measured: Any, memory: Any, c: Any) -> Any:
         absolute = measured.upper_velocity + measured.ground_velocity
         if absolute * measured.rate > 0:
             return c.high
@@ -57,7 +57,7 @@ class ContinuousSkyhook(Controller):
     low: float = parameter("N s m-1", "lowest coefficient", low=0.0)
     high: float = parameter("N s m-1", "highest coefficient, and that of the ideal skyhook", low=0.0, low_open=True)
 
-    def command(measured: Any, memory: Any, c: Any):  # type: ignore[no-untyped-def, misc] # noqa: N805
+    def command(measured: Any, memory: Any, c: Any) -> Any:
         absolute = measured.upper_velocity + measured.ground_velocity
         if absolute * measured.rate > 0:
             return min(max(c.high * absolute / measured.rate, c.low), c.high)
@@ -77,7 +77,7 @@ class ClippedOptimal(Controller):
 
     voltage: float = parameter("V", "greatest voltage", low=0.0, low_open=True)
 
-    def command(measured: Any, memory: Any, c: Any):  # type: ignore[no-untyped-def, misc] # noqa: N805
+    def command(measured: Any, memory: Any, c: Any) -> Any:
         if (measured.desired - measured.force) * measured.force > 0:
             return c.voltage
         return 0.0
@@ -93,5 +93,5 @@ class ConstantCommand(Controller):
 
     value: float = parameter("1", "the command, in the unit of the actuator")
 
-    def command(measured: Any, memory: Any, c: Any):  # type: ignore[no-untyped-def, misc] # noqa: N805
+    def command(measured: Any, memory: Any, c: Any) -> Any:
         return c.value

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import socket
 import time
 from collections.abc import Sequence
@@ -181,10 +182,8 @@ class HybridTest:
         return link
 
     def _end(self, link: socket.socket) -> None:
-        try:
+        with contextlib.suppress(OSError):  # if the connection is lost already, another error reports it
             send_values(link, np.array([float(Action.END)]), self.data_size)
-        except OSError:
-            pass  # the connection is lost already, which another error reports
 
     def _integrate(self, link: socket.socket, ground: np.ndarray, record: _Record) -> None:
         system, step, rows = self.system, self.step, self.directions

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import socket
 import threading
 from collections.abc import Callable
@@ -75,10 +76,8 @@ class Substructure:
         self._is_open = False
         for each in (self._link, self._server):
             if each is not None:
-                try:
+                with contextlib.suppress(OSError):  # not connected
                     each.shutdown(socket.SHUT_RDWR)
-                except OSError:
-                    pass  # not connected
                 each.close()
         self._thread.join(timeout=5)
 

@@ -93,7 +93,7 @@ class _Attached:
             if field.name != "place" and value is not None:
                 object.__setattr__(self, field.name, real_number(field.name, value, **self._bounds(field.name)))
 
-    def _bounds(self, name: str) -> dict[str, float]:
+    def _bounds(self, name: str) -> dict[str, Any]:
         return {"above": 0.0}
 
     def rules(self, structure: Structure) -> ActuatorRules:
@@ -191,7 +191,7 @@ class VariableDamper(_Attached):
         if self.low > self.high:
             raise ValueError(f"low={self.low:g} N s/m is above high={self.high:g} N s/m: exchange them")
 
-    def _bounds(self, name: str) -> dict[str, float]:
+    def _bounds(self, name: str) -> dict[str, Any]:
         return {"least": 0.0} if name == "low" else {"above": 0.0}
 
     @property
@@ -274,7 +274,7 @@ class MRDamper(_Attached):
         if self.first_voltage > self.voltage_limit:
             raise ValueError(f"first_voltage={self.first_voltage:g} V is above voltage_limit={self.voltage_limit:g} V")
 
-    def _bounds(self, name: str) -> dict[str, float]:
+    def _bounds(self, name: str) -> dict[str, Any]:
         if name in ("beta", "offset"):
             return {}
         return (

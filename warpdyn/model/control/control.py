@@ -215,15 +215,10 @@ class Control:
             whole = np.zeros(shape)
             whole[:, : gain.shape[1]] = gain
             found["regulator_gain"] = whole.ravel()
-            if self.regulator.correction is not None:
-                correction = np.zeros((rules.states, shape[1]))
-                correction[:, : gain.shape[1]] = self.regulator.correction
-                found |= {
-                    "estimate_gain": np.ravel(self.regulator.estimate_gain),
-                    "estimate_growth": np.ravel(self.regulator.growth),
-                    "estimate_correction": correction.ravel(),
-                    "estimate_input": np.ravel(self.regulator.input),
-                }
+            for name, matrix in self.regulator.observer.items():
+                whole = np.zeros((rules.states, shape[1])) if name == "correction" else matrix.copy()
+                whole[:, : matrix.shape[1]] = matrix
+                found[name if name == "estimate_gain" else f"estimate_{name}"] = whole.ravel()
         if self.controller is not None:
             found["controller_coefficients"] = np.append(self.controller.coefficients(), 0.0)
         if rules.is_magnetorheological:
@@ -257,8 +252,8 @@ class Control:
             step = float(interval[bad][0])
             best = step * max(1, round(self.sampling_interval / step))
             raise ValueError(
-                f"sampling_interval={self.sampling_interval:g} s is neither a multiple nor a whole fraction of the step "
-                f"of a motion, {step:g} s: give sampling_interval={best:g}, or resample the motion"
+                f"sampling_interval={self.sampling_interval:g} s is neither a multiple nor a whole fraction of the "
+                f"step of a motion, {step:g} s: give sampling_interval={best:g}, or resample the motion"
             )
         return np.where(ratio > 1, np.round(ratio), 1 / np.round(1 / np.minimum(ratio, 1)))
 

@@ -71,7 +71,8 @@ def delay_margin(
     system = state_space(structure, actuators, parameters)
     if system.input.shape[1] != 1:
         raise ValueError(
-            f"a delay margin needs one actuator, got {system.input.shape[1]}: use sampled_eigenvalues with several delays"
+            f"a delay margin needs one actuator, got {system.input.shape[1]}: use sampled_eigenvalues with "
+            "several delays"
         )
     a, b, gain = system.dynamics, system.input, _state_gain(system, regulator)
     if np.linalg.eigvals(a - b @ gain).real.max() >= 0:

@@ -81,6 +81,12 @@ class Regulator:
         return self.gain.shape[0]
 
     @property
+    def observer(self) -> dict[str, np.ndarray]:
+        """The matrices of the observer by name; empty without an observer."""
+        named = {name: getattr(self, name) for name in ("estimate_gain", "growth", "correction", "input")}
+        return {name: matrix for name, matrix in named.items() if matrix is not None}
+
+    @property
     def states(self) -> int:
         """Number of states of the observer."""
         return 0 if self.estimate_gain is None else self.estimate_gain.shape[1]
