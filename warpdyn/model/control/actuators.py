@@ -43,7 +43,7 @@ def rows_at(structure: Structure, place: Place) -> tuple[tuple[int, float], ...]
                 )
             return ((storey - 1, 1.0),) if storey == 1 else ((storey - 1, 1.0), (storey - 2, -1.0))
         names = list(range(1, structure.storeys + 1))
-        place = {int(name) if name.isdigit() else name: factor for name, factor in place.items()}
+        place = {int(name) if str(name).isdigit() else name: factor for name, factor in place.items()}
         what = "floor"
     else:
         assert isinstance(structure, LumpedStructure)
