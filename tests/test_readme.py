@@ -65,6 +65,7 @@ def test_every_command_is_known_here() -> None:
         "portfolio",
         "metropolis",
         "isolation",
+        "control",
         "laws",
         "simcenter",
         "torsion",
