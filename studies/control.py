@@ -91,7 +91,9 @@ def draw(result: xr.Dataset) -> Figure:
     delay = 1e3 * result["delay"].values
     for number, motion in enumerate(result["motion_strength"].values):
         own = result.sel(motion_strength=motion)
-        left.plot(delay, 100 * own["probability_worse"], marker="o", color=f"C{number}", label=f"larger drift, {motion}")
+        left.plot(
+            delay, 100 * own["probability_worse"], marker="o", color=f"C{number}", label=f"larger drift, {motion}"
+        )
         right.plot(delay, own["median_ratio"], marker="o", color=f"C{number}", label=f"median, {motion}")
         low, high = (own["quantile_ratio"].sel(quantile=q) for q in (0.05, 0.95))
         right.fill_between(delay, low, high, color=f"C{number}", alpha=0.2, label=f"5 to 95 %, {motion}")
@@ -102,7 +104,8 @@ def draw(result: xr.Dataset) -> Figure:
     right.set_yscale("log")
     for axes in (left, right):
         axes.set_xlabel("delay of the control [ms]")
-        axes.legend()
+    left.legend(loc="upper left")
+    right.legend(loc="lower right")
     return figure
 
 

@@ -99,9 +99,9 @@ class Controller:
 def _define(cls: type[Controller]) -> None:
     functions = _functions(cls)
     dataclasses.dataclass(frozen=True, kw_only=True, repr=False)(cls)
-    cls.parameters = MappingProxyType(_parameters(cls))
+    cls.parameters = MappingProxyType(_parameters_of_controller(cls))
     cls.__init__ = _refusing_unknown_names(cls, cls.__init__)  # type: ignore[method-assign]
-    cls.__doc__ = _described(cls)
+    cls.__doc__ = _documented(cls)
     check_memory(cls.memory)
     if "command" not in functions:
         raise TypeError(f"its device function is missing: define\n\n    {EXAMPLE}")
@@ -125,7 +125,7 @@ def _functions(cls: type[Controller]) -> dict[str, Captured]:
     return found
 
 
-def _parameters(cls: type[Controller]) -> dict[str, Parameter]:
+def _parameters_of_controller(cls: type[Controller]) -> dict[str, Parameter]:
     found: dict[str, Parameter] = {}
     for field in dataclasses.fields(cls):
         make = field.metadata.get("parameter")
@@ -163,7 +163,7 @@ def _refusing_unknown_names(cls: type[Controller], initialise: Callable[..., Non
     return checked
 
 
-def _described(cls: type[Controller]) -> str:
+def _documented(cls: type[Controller]) -> str:
     """Return the docstring of a controller with an Args section, which describes the parameters."""
     text = inspect.cleandoc(cls.__dict__.get("__doc__") or "")
     arguments = "\n".join(

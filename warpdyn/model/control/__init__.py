@@ -13,7 +13,6 @@ from warpdyn.engine.controllers.built_in import (
     SkyhookDamper,
 )
 from warpdyn.engine.controllers.controller import Controller
-from warpdyn.foundations.core.near_misses import did_you_mean
 from warpdyn.model.control.actuators import Actuator, MRDamper, VariableDamper
 from warpdyn.model.control.control import Control
 from warpdyn.model.control.loops import closed_loop_eigenvalues, delay_margin, sampled_eigenvalues
@@ -40,15 +39,3 @@ __all__ = [
     "sampled_eigenvalues",
     "state_space",
 ]
-
-
-def __getattr__(name: str) -> object:
-    """Raise an AttributeError that suggests the correct name."""
-    raise AttributeError(
-        f"warpdyn.control has no {name!r}{did_you_mean(name, __all__)}; dir(wd.control) lists its names"
-    )
-
-
-def __dir__() -> list[str]:
-    """Return the public names, without the names of the modules."""
-    return sorted(__all__)
