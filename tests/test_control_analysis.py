@@ -241,8 +241,6 @@ def test_scenes_that_cannot_be_controlled():
     events = wd.EventSequence({"main": wd.Cloud([MOTION]), "after": wd.Cloud([MOTION])})
     with pytest.raises(ValueError, match="an EventSequence cannot have a control"):
         wd.Scene(CHAIN, events, control=loop)
-    with pytest.raises(ValueError, match="recorder 'control' needs a control"):
-        wd.Scene(CHAIN, wd.Cloud([MOTION]), recorders=("control",))
     wide = control.Control(**GOOD | {"regulator": control.Regulator(np.zeros((1, 5)))})
     with pytest.raises(ValueError, match=r"must have 4 .* or 6"):
         wd.Scene(CHAIN, wd.Cloud([MOTION]), control=wide)

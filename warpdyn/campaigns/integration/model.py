@@ -175,6 +175,7 @@ class Model:
             collapses=plan.collapses,
             has_line=has_line(plan),
             has_storeys=plan.pattern is not None and bool(plan.pattern.storeys),
+            is_controlled=plan.control is not None,
         )
 
     @cached_property

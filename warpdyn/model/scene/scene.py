@@ -27,8 +27,6 @@ from warpdyn.model.structures.structure import Structure
 if TYPE_CHECKING:
     from warpdyn.model.control.control import Control
 
-OF_ACTUATORS = "control"  # the recorder that each scene with a control has, and no other scene
-
 
 def _described(given: object) -> str:
     """Return the name of an argument's class for an error message; if it is a class, "the class ... itself"."""
@@ -98,8 +96,8 @@ class Scene:
             energies, collapses and histories refer to the whole run. If a sample collapses before this time, its
             peaks are those up to collapse.
         title: Title of the dataset.
-        control: Control of the structure: actuators, sensors and controller. The recorder "control" (forces, strokes
-            and work of the actuators) is then among the recorders. None: no control.
+        control: Control of the structure: actuators, sensors and controller (`wd.control.Control`). Forces, strokes and
+            work of the actuators are then recorded, too. None: no control.
 
     Raises:
         ValueError, TypeError: If an argument is invalid, or the arguments do not fit each other.
@@ -155,7 +153,7 @@ class Scene:
             )
         known = RECORDERS[self.structure.family]
         lacking = self.structure.lacking
-        every = known.keys() - USERS.keys() - set(lacking) - {OF_ACTUATORS}
+        every = known.keys() - USERS.keys() - set(lacking)
         recorders = tuple(every) if self.recorders is None else self.recorders
         if not isinstance(recorders, tuple | list):
             raise TypeError(f"recorders must be a tuple of recorders, such as ('drift',), got {recorders!r}")
@@ -166,9 +164,6 @@ class Scene:
             from warpdyn.model.control.fit import check_control  # imports SciPy's solvers of linear algebra
 
             check_control(self.control, self.structure, excitation)
-            recorders = (*recorders, OF_ACTUATORS)
-        elif OF_ACTUATORS in recorders:
-            raise ValueError(f"recorder {OF_ACTUATORS!r} needs a control: give control=wd.control.Control(...)")
         for name in recorders:
             one_of(f"recorder of a {type(self.structure).__name__}", name, known)
             if name in lacking:

@@ -1,4 +1,4 @@
-"""Recorder of actuators: peak forces and strokes, work, and whether the control failed."""
+"""Outputs of controlled structures: peak forces and strokes of actuators, work, and whether the control failed."""
 
 from warpdyn.foundations.core.output_variables import Variable
 
@@ -21,14 +21,23 @@ OF_ACTUATORS = {
     ),
     "time_of_control_failure": Variable((), "s", "time at which the control failed", is_demand=False),
 }
-VARIABLES = {"chain": OF_ACTUATORS, "lumped": OF_ACTUATORS}
 #: Histories of actuators, by the names of the fields of the struct History.
 OF_CONTROL = {
     "control_force": Variable(("actuator",), "N", "force of the actuator on its upper end"),
     "actuator_stroke": Variable(("actuator",), "m", "displacement between the actuator's ends"),
     "actuator_command": Variable(("actuator",), "1", "command of the actuator, in its unit"),
 }
-FIELDS = {"History": {name: "float[,,]" for name in OF_CONTROL}}
+FIELDS = {
+    "History": {name: "float[,,]" for name in OF_CONTROL},
+    "Output": {
+        "peak_control_force": "float[,]",
+        "peak_actuator_stroke": "float[,]",
+        "actuator_work": "float[,]",
+        "limited_share": "float[]",
+        "control_failure": "int32[]",
+        "time_of_control_failure": "float[]",
+    },
+}
 BORROWS = {
     "history": ("every",),
     "control_actuators": ("control_force", "actuator_drift", "actuator_work"),
@@ -37,7 +46,7 @@ BORROWS = {
 
 
 def wanted(plan):
-    return plan.control is not None and ("control" in plan.recorders or "history" in plan.recorders)
+    return plan.control is not None
 
 
 def values_held(plan):
