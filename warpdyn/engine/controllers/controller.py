@@ -116,11 +116,12 @@ def _functions(cls: type[Controller]) -> dict[str, Captured]:
     found = dict(cls.captured)
     for name, value in list(vars(cls).items()):
         function = device_function(value)
-        if function is None and name in OF_CONTROLLERS and callable(value):
+        if function is not None:
+            delattr(cls, name)  # Warp functions cannot be pickled
+        elif name in OF_CONTROLLERS and callable(value):
             function = value
         if function is not None:
             found[name] = captured(name, function)
-            delattr(cls, name)
     cls.captured = found
     return found
 

@@ -76,8 +76,9 @@ class HybridTest:
         ValueError, TypeError: If an argument is invalid, or the structure is not linear.
 
     Example:
+        >>> frame = wd.ShearBuilding(1e5, 4e7, 3.0, damping="rayleigh", damping_ratio=0.05)
         >>> with wd.hybrid.Substructure(lambda u, v, a, t: 4e5 * u) as specimen:
-        ...     test = wd.hybrid.HybridTest(building, 1, specimen.address, step=0.005)
+        ...     test = wd.hybrid.HybridTest(frame, 1, specimen.address, step=0.005)
         ...     result = test.run(motions[0], duration=0.5)
         >>> result["measured_force"].dims
         ('time', 'interface')

@@ -40,8 +40,9 @@ class Substructure:
         ValueError: If `dofs` is not a whole number of at least 1, or the port is not free.
 
     Example:
+        >>> frame = wd.ShearBuilding(1e5, 4e7, 3.0, damping="rayleigh", damping_ratio=0.05)
         >>> with wd.hybrid.Substructure(lambda u, v, a, t: 4e5 * u) as specimen:
-        ...     test = wd.hybrid.HybridTest(building, 1, specimen.address, step=0.005)
+        ...     test = wd.hybrid.HybridTest(frame, 1, specimen.address, step=0.005)
         ...     result = test.run(motions[0], duration=0.5)
         >>> result.attrs["missed_deadlines"]
         0
