@@ -18,8 +18,8 @@ STUDIES = Path(__file__).parents[1] / "studies"
 # solutions.
 LAYERS = {
     "foundations": ("core", "files"),
-    "engine": ("tracing", "methods", "device", "laws", "kernels"),
-    "model": ("structures", "ground_motions", "scene", "inventories", "sites"),
+    "engine": ("tracing", "methods", "device", "laws", "controllers", "kernels"),
+    "model": ("structures", "ground_motions", "control", "scene", "inventories", "sites"),
     "campaigns": (
         "integration",
         "accuracy",
@@ -32,7 +32,7 @@ LAYERS = {
         "inference",
     ),
     "answers": ("fragility", "risk", "sensitivity", "reliability", "contents"),
-    "interfaces": ("exchange", "plots", "reports", "command_line"),
+    "interfaces": ("exchange", "plots", "reports", "hybrid", "command_line"),
 }
 PACKAGES = [f"{layer}.{package}" for layer, packages in LAYERS.items() for package in packages]
 MOST_FILES = 13  # a dozen, and `__init__.py`

@@ -13,6 +13,7 @@ from law_rows import forces_of, rules_of
 
 import warpdyn as wd
 from warpdyn.campaigns.integration.model import dynamics_of, plan_of
+from warpdyn.engine.controllers.rules import DAMPER, FORCE, MAGNETORHEOLOGICAL, ActuatorRules, ControlRules
 from warpdyn.engine.kernels import build, registry
 from warpdyn.engine.kernels.composing.part_checks import check_parts
 from warpdyn.engine.kernels.composing.source_text import bodies_of, slots_of
@@ -312,6 +313,26 @@ def test_a_part_may_not_set_a_variable_that_surrounds_its_slot():
         compose(build.SKELETONS["chain", "explicit"], PLAIN, (*others, outer, inner))
 
 
+ACTUATORS = (
+    ActuatorRules(FORCE, ((0, 1.0),)),
+    ActuatorRules(DAMPER, ((1, 1.0), (0, -1.0))),
+    ActuatorRules(MAGNETORHEOLOGICAL, ((0, 1.0),)),
+)
+CONTROLLED = ControlRules(
+    ACTUATORS,
+    wd.control.ContinuousSkyhook.written,
+    states=2,
+    has_regulator=True,
+    sensors=3,
+    is_noisy=True,
+    is_rounded=True,
+    delay=2,
+    senses_ground=True,
+    fails_at_limits=True,
+    is_limited=True,
+)
+
+
 def plans():
     """Yield plans that have every part of each skeleton."""
     yield from (DENSE, replace(DENSE, method="dormand_prince54", load="harmonic_force"))
@@ -344,6 +365,10 @@ def plans():
         for model in (reference_model(drift_capacity=0.1), hinged_frame("portal", drift_capacity=0.1)):
             hinged = wd.Scene(model, wd.Cloud([motion("pulse_1", 1)]), recorders=("spring", "residual"))
             yield plan_of(hinged, dynamics_of(hinged), method, "float32", is_gpu=False)
+    # Controlled structures, with all kinds of actuators, a regulator with an observer, and a controller.
+    for plan in (PLAIN, LUMPED):
+        yield replace(plan, method="rk4", control=CONTROLLED)
+        yield build.history_plan(replace(plan, method="rk4", control=CONTROLLED))
     # A kernel that checks for collapse once per group of steps.
     yield replace(PLAIN, method="stoermer", recorders=("drift",), undivided=True)
 

@@ -68,6 +68,7 @@ def test_every_command_is_known_here() -> None:
         "portfolio",
         "metropolis",
         "isolation",
+        "control",
         "laws",
         "simcenter",
         "torsion",

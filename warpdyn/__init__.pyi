@@ -78,7 +78,7 @@ from .campaigns.running.simulate import simulate as simulate
 from .engine import kernels as kernels, laws as laws
 from .foundations.core.plausibility import meant_as_given as meant_as_given
 from .foundations.files.netcdf import write as write
-from .interfaces import plots as plots
+from .interfaces import hybrid as hybrid, plots as plots
 from .interfaces.exchange.nrml_fragility import write_nrml_fragility as write_nrml_fragility
 from .interfaces.exchange.nrml_fragility_reader import read_nrml_fragility as read_nrml_fragility
 from .interfaces.exchange.nrml_vulnerability import (
@@ -100,7 +100,7 @@ from .interfaces.exchange.regional.r2d_results import write_r2d_results as write
 from .interfaces.exchange.tables import write_table as write_table
 from .interfaces.reports.run_report import report as report
 from .interfaces.reports.summary import summary as summary
-from .model import inventories as inventories, sites as sites
+from .model import control as control, inventories as inventories, sites as sites
 from .model.ground_motions import records as records
 from .model.ground_motions.designs import (
     Cloud as Cloud,

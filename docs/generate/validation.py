@@ -27,6 +27,7 @@ SUBJECTS = {
         "test_p_delta",
     ),
     "Energy": ("test_energy",),
+    "Control and hybrid tests": ("test_control", "test_control_analysis", "test_control_dampers", "test_hybrid"),
     "Response spectra": ("test_response_spectra",),
     "Random numbers, random motions and statistics of a run": (
         "test_philox",

@@ -10,11 +10,18 @@ import numpy as np
 from warpdyn.campaigns.integration import packing
 from warpdyn.campaigns.integration.dynamics import Arrays
 from warpdyn.campaigns.integration.model import Model
-from warpdyn.campaigns.integration.time_grid import Schedule
+from warpdyn.campaigns.integration.time_grid import Schedule, steps_of_sampling
 from warpdyn.engine.kernels import arguments, queues as devices
 from warpdyn.engine.kernels.build import history_plan
 from warpdyn.engine.kernels.loads import LOADS
-from warpdyn.engine.kernels.output_table import COLLAPSE, COLLAPSE_OF_SPRINGS, HISTORY, OF_ROTATIONS, OF_SPRINGS
+from warpdyn.engine.kernels.output_table import (
+    COLLAPSE,
+    COLLAPSE_OF_SPRINGS,
+    HISTORIES,
+    OF_CONTROL,
+    OF_FAILURES,
+    OF_ROTATIONS,
+)
 from warpdyn.engine.kernels.plan import Plan
 from warpdyn.foundations.core.random_numbers import key_of
 from warpdyn.model.ground_motions.excitation import MOST_STEPS, Assignment
@@ -152,6 +159,9 @@ class Ensemble:
         Raises:
             ValueError: If a sample would take more steps than MOST_STEPS.
         """
+        if self.scene.control is not None:  # sampling instants remain ends of steps
+            each = np.maximum(self.scene.control.samplings_per_interval(self._intervals_of(samples)), 1)
+            substeps = (np.ceil(substeps / each * (1 - 1e-9)) * each).astype(np.int64)
         steps = self.schedule.run_intervals[samples] * np.asarray(substeps, dtype=np.float64)
         if (steps > MOST_STEPS).any():
             first = int(steps.argmax())
@@ -160,6 +170,10 @@ class Ensemble:
                 f"at most {MOST_STEPS} can be counted: give another method=, or shorten the motions or the tail"
             )
         return self.schedule.with_substeps(samples, substeps)
+
+    def _intervals_of(self, samples: np.ndarray | slice) -> np.ndarray:
+        """Return the sampling steps of the motions of samples (rows of this ensemble) [s]."""
+        return self.timeline.interval[self.assignment.motion[samples]]
 
     def start(
         self,
@@ -230,11 +244,16 @@ class Ensemble:
         every_own = every * times_finer
         last = part.schedule.run_intervals * part.schedule.substeps // every_own
         times = int(last.max()) + 1
-        names = self.model.dynamics.histories
-        widths = {name: self.plan.length((HISTORY | OF_SPRINGS)[name].dims[0]) for name in names}
+        names = (*self.model.dynamics.histories, *(OF_CONTROL if self.plan.control is not None else ()))
+        widths = {name: self.plan.length(HISTORIES[name].dims[0]) for name in names}
         blank = {name: np.full((last.size, times, width), np.nan) for name, width in widths.items()}
         history = self.queue.upload("History", blank, self.plan.dtype)
-        of_outcome = {"status", *OF_ROTATIONS, *(COLLAPSE | COLLAPSE_OF_SPRINGS if self.plan.collapses else ())}
+        of_outcome = {
+            "status",
+            *OF_ROTATIONS,
+            *OF_FAILURES,
+            *(COLLAPSE | COLLAPSE_OF_SPRINGS if self.plan.collapses else ()),
+        }
         outcomes = {name: values for name, values in self.model.blank_outputs(last.size).items() if name in of_outcome}
         output = self.queue.blank(outcomes, self.plan.dtype)
         for own in np.unique(every_own):
@@ -275,7 +294,9 @@ class Ensemble:
             parameters, place, step = dynamics.parameters_of(self.drawn, everything), self.row, None
         structures = packing.pack_structures(self.model, parameters, step, self.rayleigh, self.model.threads)
         structures |= {name: values.T for name, values in self.state.items()}
-        number = self.sample if LOADS[self.plan.load].noise_states else None
+        control = self.scene.control
+        has_noise = LOADS[self.plan.load].noise_states > 0 or (control is not None and control.is_noisy)
+        number = self.sample if has_noise else None
         samples, groups = packing.pack_samples(
             self.schedule,
             self.assignment,
@@ -285,6 +306,9 @@ class Ensemble:
             by_intensity=self.plan.collapses,
             record_from=self.scene.record_from,
         )
+        if control is not None:
+            intervals = self._intervals_of(slice(None))
+            samples["steps_of_sampling"] = steps_of_sampling(self.scene, intervals, self.schedule.substeps)
         dtype = self.plan.dtype
         return Packed(
             arguments.as_fields("Structure", structures, dtype), arguments.as_fields("Samples", samples, dtype), groups

@@ -28,6 +28,8 @@ from warpdyn.model.ground_motions.excitation import Assignment, Timeline
 from warpdyn.model.scene.recording.floor_spectra import ABSOLUTE
 from warpdyn.model.scene.scene import Scene
 
+# A command acts from the start of a step, and the last stage of these methods is at the end of the step.
+METHODS_OF_CONTROL = ("rk4", "heun")
 MOST_VALUES = 2**28  # most values of interpolated motions on a GPU: 1 GiB in float32
 FAMILIES: dict[str, type[Dynamics]] = {
     "chain": ChainDynamics,
@@ -81,8 +83,18 @@ def plan_of(scene: Scene, dynamics: Dynamics, method: str, dtype: str, *, is_gpu
         oscillators=len(spectra.periods) if spectra else 0,
         oscillators_are_absolute=spectra is not None and spectra.quantity == ABSOLUTE,
         pattern=dynamics.pattern,
+        control=None if scene.control is None else scene.control.rules(scene.structure),
     )
     return fitted(plan, is_gpu)
+
+
+def check_controlled(method: str, scene: Scene) -> None:
+    """Raise a ValueError if a scene has a control and the method does not support it."""
+    if scene.control is not None and method not in METHODS_OF_CONTROL:
+        raise ValueError(
+            f"method {method!r} does not support the control of the scene: give method= one of "
+            f"{', '.join(map(repr, METHODS_OF_CONTROL))}"
+        )
 
 
 def plans_of_events(plan: Plan, events: int) -> tuple[Plan, ...]:
@@ -120,6 +132,7 @@ def kernel_text(scene: Scene, method: str | None, dtype: str | None, device: str
     how, error = Integration(method=method, dtype=dtype), dynamics.error_of_float32
     integration = how.settled(dynamics.forces, scene, is_gpu=is_gpu, error_of_float32=error)
     check_fits(integration.method, dynamics.forces, damping)
+    check_controlled(integration.method, scene)
     plan = plan_of(scene, dynamics, integration.method, integration.dtype, is_gpu=is_gpu)
     return composed(plans_of_events(plan, len(scene.excitation.event_names))[0]).text
 
@@ -166,6 +179,7 @@ class Model:
             collapses=plan.collapses,
             has_line=has_line(plan),
             has_storeys=plan.pattern is not None and bool(plan.pattern.storeys),
+            is_controlled=plan.control is not None,
         )
 
     @cached_property
@@ -259,6 +273,8 @@ class Model:
             else:
                 packed: Arrays = self.scene.excitation.pack(self.timeline, self.plan.dofs)
                 packed |= self.scene.floor_spectra.arrays() if self.scene.floor_spectra else {}
+                if self.scene.control is not None:
+                    packed |= self.scene.control.packed(self.scene.structure)
                 self._loads[place] = arguments.brought("Load", packed, self.plan.dtype, device)
         return self._loads[place]
 

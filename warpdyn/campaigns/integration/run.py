@@ -10,7 +10,7 @@ import numpy as np
 
 from warpdyn.campaigns.integration.dynamics import Arrays, Vibration
 from warpdyn.campaigns.integration.ensemble import Ensemble
-from warpdyn.campaigns.integration.model import Model, central_vibration, dynamics_of, plan_of
+from warpdyn.campaigns.integration.model import Model, central_vibration, check_controlled, dynamics_of, plan_of
 from warpdyn.campaigns.integration.sampler import Sampler
 from warpdyn.campaigns.integration.settings import DEFAULT_TOLERANCE, Execution, Integration, Settled
 from warpdyn.campaigns.integration.stability_guard import StabilityFindings
@@ -134,6 +134,7 @@ def build_run(
     integration = replace(settled, **chosen)
     method, row = integration.method, METHODS[integration.method]
     check_fits(method, forces, damping)
+    check_controlled(method, scene)
     structures, seed = whole_number("structures", structures, 1), whole_number("seed", seed, 0)
     if structures * excitation.samples_per_structure > MOST_SAMPLES:
         raise ValueError(

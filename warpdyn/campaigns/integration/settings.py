@@ -142,7 +142,7 @@ class Integration:
         """
         default_dtype = "float64" if error_of_float32 else "float32"
         chosen: dict[str, Any] = {"method": self.nominal_method, "dtype": self.dtype or default_dtype}
-        if self.method is None and self.target_error is None:
+        if self.method is None and self.target_error is None and scene.control is None:
             default = default_method(
                 forces,
                 measured_dampings(scene.structure),

@@ -9,9 +9,11 @@ import numpy as np
 
 from warpdyn.campaigns.integration.dynamics import Vibration
 from warpdyn.campaigns.integration.ensemble import Ensemble
+from warpdyn.campaigns.integration.time_grid import stable_substeps
+from warpdyn.engine.kernels.output_table import OF_FAILURES
 from warpdyn.engine.methods.defaults import FALLBACK
 from warpdyn.foundations.core.messages import warn_caller
-from warpdyn.foundations.core.output_variables import DIVERGED, NOT_CONVERGED, UNSTABLE_STEP
+from warpdyn.foundations.core.output_variables import CONTROL_FAILED, DIVERGED, NOT_CONVERGED, UNSTABLE_STEP
 from warpdyn.model.ground_motions.excitation import MOST_STEPS
 
 # A sample that failed because of its storey law is run again with twice as many steps, up to MOST_RERUNS times. Within
@@ -29,6 +31,10 @@ LARGEST_CHANGE = 0.01  # relative change of a reliable sample's peak drift in a 
 SUMS: tuple[str, ...] = ("beyond", "unsure", "in_float64", "blank", "too_long", "leaping")
 SUMS += ("off", "sensitive", "unreliable", "checked", "unchecked")
 LEAST, MOST, FIRST = ("longest_accurate", "least"), ("most", "error", "has_hinges"), ("first", "never")
+OF_CONTROL = (
+    "flagged control_failed: a command was not finite or beyond its limits, or a stroke exceeded its limit; demands of "
+    "such samples are NaN. `control_failure` and `time_of_control_failure` give the reason and the time"
+)
 
 
 class StabilityFindings:
@@ -44,7 +50,7 @@ class StabilityFindings:
         self.samples, self.method, self.event = samples, method, f"{event}: " if event else ""
         self.beyond = self.unsure = self.in_float64 = self.blank = 0
         self.too_long, self.longest_accurate = 0, np.inf  # samples with an inaccurate step; longest accurate step [s]
-        self.failed = dict.fromkeys((DIVERGED, UNSTABLE_STEP, NOT_CONVERGED), 0)
+        self.failed = dict.fromkeys((DIVERGED, UNSTABLE_STEP, NOT_CONVERGED, CONTROL_FAILED), 0)
         self.leaping = 0  # samples in which a storey passed its drift capacity by a move of over half of it in one step
         self.has_hinges = False  # whether structures have a column line
         self.least, self.most = np.inf, 1.0  # step that is stable for all [s]; largest factor on the number of steps
@@ -170,6 +176,8 @@ class StabilityFindings:
                 "Ibarra-Medina-Krawinkler storey is exhausted, the step has no solution, and a shorter step does not "
                 f'help. Use an explicit method: method="{FALLBACK}"'
             )
+        if self.failed[CONTROL_FAILED]:
+            messages.append(f"{self._are(self.failed[CONTROL_FAILED])} {OF_CONTROL}")
         if self.too_long:
             messages.append(
                 f"the step is too long for the first period of {self.too_long} of {self.samples} samples: the method's "
@@ -279,17 +287,6 @@ def guard(
     return np.zeros_like(unstable)
 
 
-def stable_substeps(step: np.ndarray, substeps: np.ndarray, longest: np.ndarray) -> np.ndarray:
-    """Return the smallest numbers of steps per interval that are stable, in float64, shape [sample].
-
-    Args:
-        step: Present step of each sample [s].
-        substeps: Present number of steps per interval of each sample.
-        longest: Longest stable step of each sample [s].
-    """
-    return np.ceil(step * substeps / longest * (1 - 1e-12))
-
-
 def structures_of_a_range(samples_per_structure: int) -> int:
     """Return the number of structures in a rerun range (structures whose failed samples share one limit on reruns)."""
     return max(1, SAMPLES_OF_A_RANGE // samples_per_structure)
@@ -320,7 +317,8 @@ class Reruns:
             samples: Indices of the samples in `run`, after all earlier samples of their ranges.
             outputs: Outputs of the samples by name, which are overwritten; the last dimension is the sample.
         """
-        failed = np.flatnonzero(outputs["status"] >= DIVERGED)
+        # A shorter step does not help if a control failed.
+        failed = np.flatnonzero((outputs["status"] >= DIVERGED) & (outputs["status"] != CONTROL_FAILED))
         if not failed.size and run.is_of_whole_ranges:
             return
         structures = structures_of_a_range(run.scene.excitation.samples_per_structure)
@@ -348,7 +346,7 @@ class Reruns:
             found = run.integrate(again)
             for name, values in found.items():
                 outputs[name][..., failed] = values
-            still = found["status"] >= DIVERGED
+            still = (found["status"] >= DIVERGED) & (found["status"] != CONTROL_FAILED)
             failed, of_failed, afforded = failed[still], of_failed[still], afforded[still]
 
     def _charge(
@@ -395,5 +393,5 @@ def integrate_guarded(run: Ensemble, samples: np.ndarray, reruns: Reruns | None 
 def blank_failed(outputs: dict[str, np.ndarray], failed: np.ndarray) -> None:
     """Set demands of failed samples to NaN (integers: -1), so that no statistic uses them."""
     for name, values in outputs.items() if failed.any() else ():
-        if name not in ("status", "spring_without_equilibrium"):  # why a sample failed
+        if name not in ("status", "spring_without_equilibrium", *OF_FAILURES):  # why a sample failed
             values[..., failed] = np.nan if np.issubdtype(values.dtype, np.floating) else -1

@@ -107,6 +107,8 @@ def build_timeline(
         target = real_number("longest_step [s]", longest_step, above=0)
     else:
         target = default_step(central())
+    if scene.control is not None:
+        target = _step_of_control(scene, target, is_given=step is not None)
     excitation = scene.excitation
     if resample and step is None:
         raise ValueError(
@@ -128,7 +130,45 @@ def build_timeline(
     if scene.floor_spectra is not None:
         target = min(target, scene.floor_spectra.longest_step)
     timeline = excitation.timeline(step, target, resample=resample)
-    return timeline if refinement == 1 else replace(timeline, substeps=refinement * timeline.substeps)
+    timeline = timeline if refinement == 1 else replace(timeline, substeps=refinement * timeline.substeps)
+    return timeline if scene.control is None else replace(timeline, substeps=_sampled_substeps(scene, timeline, step))
+
+
+def _step_of_control(scene: Scene, target: float, *, is_given: bool) -> float:
+    """Return the step [s] that a controlled scene takes at most; raise a ValueError if a given step is not stable."""
+    assert scene.control is not None
+    stable = scene.control.stable_step(scene.structure)
+    if is_given and target > stable:
+        raise ValueError(
+            f"step={target:g} s is beyond the stability limit of the dampers of the control, {stable:.3g} s: give a "
+            "shorter step, or remove step="
+        )
+    return target if is_given else min(target, SHARE_OF_STABLE_STEP * stable)
+
+
+def _sampled_substeps(scene: Scene, timeline: Timeline, step: float | None) -> np.ndarray:
+    """Return numbers of steps per interval such that the sampling instants of the control are ends of steps."""
+    assert scene.control is not None
+    each = np.maximum(scene.control.samplings_per_interval(timeline.interval), 1).astype(timeline.substeps.dtype)
+    substeps = -(-timeline.substeps // each) * each
+    if step is not None and (substeps != timeline.substeps).any():
+        raise ValueError(
+            f"step={step:g} s does not divide the sampling interval of the control, "
+            f"{scene.control.sampling_interval:g} s: give a step that does, or remove step="
+        )
+    return substeps
+
+
+def steps_of_sampling(scene: Scene, interval: np.ndarray, substeps: np.ndarray) -> np.ndarray:
+    """Return the number of integration steps in a sampling interval of the control, shape [sample].
+
+    Args:
+        scene: The scene.
+        interval: Sampling steps of the motions of the samples [s].
+        substeps: Numbers of integration steps in them.
+    """
+    assert scene.control is not None
+    return np.round(substeps / scene.control.samplings_per_interval(interval)).astype(np.int32)
 
 
 def warn_of_short_tail(scene: Scene, longest_period: float) -> None:
@@ -239,6 +279,17 @@ def steps_of_window(window: np.ndarray, step: np.ndarray, steps: np.ndarray) -> 
 def divided(step: np.ndarray, residual_steps: np.ndarray, factor: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return the steps [s] divided by `factor`, and the numbers of steps of the residual drift times `factor`."""
     return step / factor, np.maximum(np.round(residual_steps * factor), 1)
+
+
+def stable_substeps(step: np.ndarray, substeps: np.ndarray, longest: np.ndarray) -> np.ndarray:
+    """Return the smallest numbers of steps per interval that are stable, in float64, shape [sample].
+
+    Args:
+        step: Present step of each sample [s].
+        substeps: Present number of steps per interval of each sample.
+        longest: Longest stable step of each sample [s].
+    """
+    return np.ceil(step * substeps / longest * (1 - 1e-12))
 
 
 def motions_of_all(structure: np.ndarray, motion: np.ndarray) -> np.ndarray:

@@ -282,7 +282,12 @@ def preparation_of(run: Run) -> Preparation | None:
     number of the sample.
     """
     events = run.model.scene.excitation.event_names
-    if not is_large_on_gpu(run) or len(events) > 1 or run.integration.on_unstable != "substep":
+    if (
+        not is_large_on_gpu(run)
+        or len(events) > 1
+        or run.model.scene.control is not None
+        or run.integration.on_unstable != "substep"
+    ):
         return None
     try:
         return Preparation(run)

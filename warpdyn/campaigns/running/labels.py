@@ -19,7 +19,7 @@ from warpdyn.campaigns.integration.run import Run
 from warpdyn.campaigns.preparation.inputs import Inputs
 from warpdyn.campaigns.running.selections import OF_EVENTS
 from warpdyn.engine.kernels.arguments import output_dtype
-from warpdyn.engine.kernels.output_table import HISTORY, OF_SPRINGS
+from warpdyn.engine.kernels.output_table import HISTORIES
 from warpdyn.engine.kernels.queues import device_names
 from warpdyn.foundations.core.output_variables import (
     DRIFT_RATIO,
@@ -37,6 +37,7 @@ from warpdyn.model.ground_motions.excitation import Assignment
 from warpdyn.model.ground_motions.motions import GroundMotion, motion_names, motion_numbers
 from warpdyn.model.ground_motions.pairs_of_motions import PairOfMotions
 from warpdyn.model.scene.scene import Scene
+from warpdyn.model.structures.structure import count_along
 
 SAMPLES_AT_A_TIME = 2**16  # samples that one thread divides by storey heights
 
@@ -315,6 +316,8 @@ def _numbered(scene: Scene) -> dict[str, tuple]:
     coordinates, excitation = scene.structure.numbered(scene.recorders), scene.excitation
     if scene.floor_spectra is not None:
         coordinates |= scene.floor_spectra.coordinate
+    if scene.control is not None:
+        coordinates["actuator"] = count_along("actuator", len(scene.control.actuators), "actuator")
     if len(excitation.event_names) > 1:
         names = np.array(excitation.event_names)
         coordinates["event"] = ("event", names, {"long_name": "event of the sequence"})
@@ -362,7 +365,7 @@ def history_variables(
         scene: The scene, whose structure may have names of degrees of freedom and springs.
     """
     variables = {}
-    known, numbered = HISTORY | OF_SPRINGS, scene.structure.numbered(scene.recorders)
+    known, numbered = HISTORIES, scene.structure.numbered(scene.recorders)
     numbers = np.arange(1, next(iter(values.values())).shape[2] + 1, dtype=np.int32)
     for name, array in values.items():
         units = scene.structure.units_along(known[name].dims, known[name].units)

@@ -213,6 +213,8 @@ def _is_simple(spring: Spring) -> bool:
 
 def _sections(plan: Plan) -> int:
     """Return the number of GPU threads that share the storeys of a chain, so that their values fit in registers."""
+    if plan.control is not None:
+        return 1  # sensors of all floors, and a controller
     if plan.damping == "modal":
         return 1  # modal damping: the damping force of each floor depends on all floors
     if plan.oscillators:

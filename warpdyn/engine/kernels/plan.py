@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import warp as wp
 
+from warpdyn.engine.controllers.rules import ControlRules
 from warpdyn.engine.device.processor import FEWEST_LANES, module_options
 from warpdyn.engine.kernels.composing.user_recorders import Recorder, users_of_variables
 from warpdyn.engine.kernels.hinges.layout import JointFrame
@@ -63,6 +64,7 @@ class Plan:
         oscillators_are_absolute: Whether their absolute accelerations are recorded, not their pseudo-accelerations.
         pauses: Whether the kernel can pause between two intervals of the motion (see kernels/pausing).
         pattern: The entries of the matrices of a lumped structure that are not 0; None for other families.
+        control: Actuators, sensors and controller of a controlled structure; None without control.
     """
 
     family: str
@@ -89,6 +91,7 @@ class Plan:
     oscillators_are_absolute: bool = False
     pauses: bool = False
     pattern: Pattern | None = None
+    control: ControlRules | None = None
 
     @property
     def kind(self) -> str:
@@ -120,6 +123,8 @@ class Plan:
         """Return the length of a dimension of the outputs, such as "storey" or "spring"."""
         if dim == "period":
             return self.oscillators
+        if dim == "actuator":
+            return 0 if self.control is None else len(self.control.actuators)
         if self.pattern is None:
             return self.dofs
         lengths = {"spring": self.pattern.springs, "output": len(self.pattern.resultants)}
@@ -265,7 +270,7 @@ def settling_limit(plan: Plan) -> float:
 
 
 # Folder of a part -> category in `values_held`.
-HELD = {"loads": "state", "dampings": "structure", "parts": "structure", "lumped": "structure"}
+HELD = {"loads": "state", "control": "structure", "dampings": "structure", "parts": "structure", "lumped": "structure"}
 HELD |= {"stepping": "method", "hinges": "method", "recorders": "recorders"}
 
 

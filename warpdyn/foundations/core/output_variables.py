@@ -15,11 +15,11 @@ OF_SEQUENCE = "of a sequence: see select_event"  # `design` of the levels of a r
 EARLIER_HISTORY = "earlier_history"  # coordinate of a run of one event of a sequence; the first event has none
 
 # Values of the status variable, with their flag_meanings.
-STATUS_MEANINGS = ("ok", "collapsed", "diverged", "unstable_step", "not_converged")
+STATUS_MEANINGS = ("ok", "collapsed", "diverged", "unstable_step", "not_converged", "control_failed")
 # A drift of more than LARGEST_DRIFT_RATIO storey heights is a numerical blow-up that is still finite, not a collapse.
 LARGEST_DRIFT_RATIO = 1e3
 LARGEST_EXCLUDED_FRACTION = 0.01  # of samples or pairs; if more of them failed, statistics raise an error
-OK, COLLAPSED, DIVERGED, UNSTABLE_STEP, NOT_CONVERGED = range(5)
+OK, COLLAPSED, DIVERGED, UNSTABLE_STEP, NOT_CONVERGED, CONTROL_FAILED = range(6)
 
 
 # Values of the variable median_status of fragility curves: where a median lies relative to the levels of the run.

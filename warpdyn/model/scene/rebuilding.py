@@ -54,7 +54,7 @@ OWN: dict[str, Any] = {  # name -> class of warpdyn that the JSON may contain
 }
 SCENE_KEYS = (
     *("structure", "excitation", "scatter", "correlation", "sampling", "recorders", "collapse_drift_ratio"),
-    *("tail", "record_from", "floor_spectra", "title"),
+    *("tail", "record_from", "floor_spectra", "title", "control"),
 )
 ARCHETYPE_KEYS = ("structure", "count", "scatter", "correlation")
 LUMPED_CHOICES = (
@@ -88,6 +88,7 @@ def arguments_of_scene(text: str, motions: GroundMotion | Sequence[GroundMotion]
         "scatter": found.value(told.get("scatter", {}), "scatter"),
         "correlation": _pairs(told.get("correlation", {})),
         "floor_spectra": found.value(told.get("floor_spectra"), "floor_spectra"),
+        **({"control": found.control(told["control"])} if "control" in told else {}),
     }
 
 
@@ -178,6 +179,22 @@ class Rebuilding:
                 "with these samples"
             )
         return self.by_digest[told["digest"]]
+
+    def control(self, told: dict[str, Any]) -> Any:
+        """Return the control that a JSON object describes; a controller must be one of warpdyn."""
+        from warpdyn.model import control  # imports SciPy's solvers of linear algebra
+
+        own = {name: getattr(control, name) for name in control.__all__}
+
+        def made(each: Any, where: str) -> Any:
+            if not isinstance(each, dict) or "type" not in each:
+                return [made(one, where) for one in each] if isinstance(each, list) else each
+            if each["type"] not in own:
+                raise _foreign(where, each["type"])
+            inner = {name: made(value, f"{where}.{name}") for name, value in each.items() if name != "type"}
+            return _made(own[each["type"]], inner, where)
+
+        return made(told, "control")
 
     def structure(self, told: dict[str, Any], where: str) -> ShearBuilding | LumpedStructure | LinearSystem | Portfolio:
         """Return the structure that the JSON object `told` describes; `where` is its position, for errors."""

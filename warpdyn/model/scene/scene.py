@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, Self
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 
@@ -24,6 +24,9 @@ from warpdyn.model.scene.scatter import SAMPLING, GivenValues, Scatter, central,
 from warpdyn.model.structures.lumped.matrices import INCIDENCE
 from warpdyn.model.structures.lumped.places.storeys import NEEDS_STOREYS
 from warpdyn.model.structures.structure import Structure
+
+if TYPE_CHECKING:
+    from warpdyn.model.control.control import Control
 
 SPECTRA = "floor_spectra"  # recorder that needs settings
 MOST_OSCILLATORS = 4096  # of a structure: a CPU thread keeps their states on its stack
@@ -99,6 +102,8 @@ class Scene:
         floor_spectra: Periods and damping ratio of the recorder "floor_spectra" (a FloorSpectra); None: this recorder
             is not used.
         title: Title of the dataset.
+        control: Control of the structure: actuators, sensors and controller (`wd.control.Control`). Forces, strokes and
+            work of the actuators are then recorded, too. None: no control.
 
     Raises:
         ValueError, TypeError: If an argument is invalid, or the arguments do not fit each other.
@@ -121,6 +126,7 @@ class Scene:
     record_from: float = 0.0
     floor_spectra: FloorSpectra | None = None
     title: str = "warpdyn ensemble"
+    control: Control | None = None
 
     def __post_init__(self) -> None:
         if not isinstance(self.structure, Structure):
@@ -161,6 +167,10 @@ class Scene:
         if not isinstance(self.title, str):
             raise TypeError(f"title must be text, got {self.title!r}")
         recorders = tuple(map(recorder_name, recorders))
+        if self.control is not None:
+            from warpdyn.model.control.fit import check_control  # imports SciPy's solvers of linear algebra
+
+            check_control(self.control, self.structure, excitation)
         for name in recorders:
             one_of(f"recorder of a {type(self.structure).__name__}", name, known)
             if name in lacking:
@@ -264,7 +274,8 @@ class Scene:
 
     def description(self) -> dict[str, object]:
         """Return the arguments of the scene as a dictionary, from which its JSON is made."""
-        return {name: getattr(self, name) for name in self.__dataclass_fields__}
+        found = {name: getattr(self, name) for name in self.__dataclass_fields__}
+        return found if self.control is not None else {name: each for name, each in found.items() if name != "control"}
 
     def to_json(self) -> str:
         """Return the scene as JSON text. Of an array with more than 1,024 values, the JSON contains only the shape.

@@ -44,6 +44,16 @@ def keep_spring(history: Any, row: int, step: int, every: int, spring: int, defo
             history.spring_force[row, step / every, spring] = force
 
 
+@wp.func
+def keep_actuator(history: Any, row: int, step: int, every: int, actuator: int, force: Any, stroke: Any, command: Any):
+    """Write force, stroke and command of an actuator at a step's start to the history, if the step is recorded."""
+    if step % every == 0:
+        if step / every < history.control_force.shape[1]:
+            history.control_force[row, step / every, actuator] = force
+            history.actuator_stroke[row, step / every, actuator] = stroke
+            history.actuator_command[row, step / every, actuator] = command
+
+
 # cos(x) as a polynomial in x^2, exact to the last digit for |x| <= pi/2; the library's cosine also needs memory.
 COSINE = wp.constant(
     wp.types.vector(length=12, dtype=wp.float64)(*((-1.0) ** k / math.factorial(2 * k) for k in range(12)))

@@ -20,6 +20,7 @@ def names(plan):
 
     dtype, pattern, load = DTYPES[plan.dtype], plan.pattern, LOADS[plan.load]
     is_base, has_load = load.is_base, (load.is_history and not load.is_base) or load.is_harmonic
+    has_load = has_load or plan.control is not None
     first = first_places(pattern)
     us, vs = state_of_stage(plan)
 

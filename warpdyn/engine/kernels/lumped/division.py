@@ -15,7 +15,12 @@ SHARED_WORK = 0.5  # work of a thread besides its storeys, relative to the work 
 
 def divided_storeys(plan: Plan) -> Storeys | None:
     """Return the storeys of a structure that several threads can share; None if one thread computes a sample."""
-    if plan.pattern is None or plan.kind != "explicit" or not set(plan.recorders) <= OF_STOREYS:
+    if (
+        plan.pattern is None
+        or plan.kind != "explicit"
+        or plan.control is not None
+        or not set(plan.recorders) <= OF_STOREYS
+    ):
         return None
     if plan.collapses or plan.resumes or plan.starts_displaced or not LOADS[plan.load].is_base:
         return None

@@ -22,9 +22,11 @@ ARGUMENTS = {
     "tangent_on_line": STEP,
     "leaves_line": STEP,
 }
+#: Arguments of the device function of a controller.
+OF_CONTROLLERS = {"command": ("measured", "memory", "c")}
 #: Functions that return memory values -> number of values that they return before the memory values.
-RETURNS_MEMORY = {"follow": 1, "return_mapping": 0, "memory_after": 0, "rate": 0, "memory_on_line": 0}
-VECTORS = ("memory", "before", "after", "c")
+RETURNS_MEMORY = {"command": 1, "follow": 1, "return_mapping": 0, "memory_after": 0, "rate": 0, "memory_on_line": 0}
+VECTORS = ("memory", "before", "after", "c", "measured")
 LINES = ("memory_on_line", "tangent_on_line", "leaves_line")
 PATHS = "follow(drift, memory, c), or rate(velocity, memory, c) with force(drift, memory, c)"
 
@@ -71,7 +73,7 @@ def check_function(function: Captured, memory: tuple[str, ...]) -> None:
     """
     node, name = function.node, function.name
     arguments = argument_names(node)
-    expected = ARGUMENTS.get(name)
+    expected = (ARGUMENTS | OF_CONTROLLERS).get(name)
     if expected is not None and arguments != expected:
         raise TypeError(f"{name} must have the arguments ({', '.join(expected)}), got ({', '.join(arguments)})")
     for each in ast.walk(node):
@@ -89,7 +91,11 @@ def check_function(function: Captured, memory: tuple[str, ...]) -> None:
     if expected is None:
         return
     count = len(memory) + RETURNS_MEMORY[name] if name in RETURNS_MEMORY else 1
-    values = ["force"] * RETURNS_MEMORY.get(name, 0) + [*memory] if name in RETURNS_MEMORY else [f"its {name}"]
+    values = (
+        ["command" if name in OF_CONTROLLERS else "force"] * RETURNS_MEMORY.get(name, 0) + [*memory]
+        if name in RETURNS_MEMORY
+        else [f"its {name}"]
+    )
     for each in ast.walk(node):
         if isinstance(each, ast.Return):
             found = len(returned(each))

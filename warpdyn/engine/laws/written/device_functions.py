@@ -42,7 +42,7 @@ def written_spring(name: str, written: Written) -> Spring:
         name: Name of the variant (set of functions), which no other law has.
         written: The functions.
     """
-    functions = _built(name, written)
+    functions = built_functions(name, written)
     if "follow" in functions:
         functions |= _of_follow(name, functions["follow"], len(written.memory))
     if "return_mapping" in functions and "memory_after" not in functions:
@@ -70,8 +70,8 @@ def _reads_memory(written: Written, name: str) -> bool:
     return any(isinstance(each, ast.Name) and each.id == "memory" for node in found for each in ast.walk(node))
 
 
-def _built(name: str, written: Written) -> dict[str, Any]:
-    """Return the Warp functions of a law: {name in the class body: Warp function}."""
+def built_functions(name: str, written: Written) -> dict[str, Any]:
+    """Return the Warp functions of a law or controller: {name in the class body: Warp function}."""
     file = f"<device functions of {name}>"
     linecache.cache[file] = (len(written.text), None, written.text.splitlines(keepends=True), file)
     namespace: dict[str, Any] = {"wp": wp, "Any": Any, "__name__": __name__}

@@ -21,13 +21,16 @@ from warpdyn.engine.laws.written.checks import (
     returned,
     unknown,
 )
+from warpdyn.engine.laws.written.measured import MEASURED
 from warpdyn.engine.laws.written.source import Captured, Written, captured, device_function
+from warpdyn.foundations.core.near_misses import did_you_mean
 
 QUICKER = {("min", 2): "minimum", ("max", 2): "maximum", ("clamp", 3): "clamped"}  # faster than Warp's own on CPUs
 EXTREMA = "warpdyn.engine.device.extrema"
 MOST_MULTIPLIED = 4  # x**4 is written as x*x*x*x
 PYTHON = ("abs", "min", "max", "range", "type", "int", "bool", "True", "False")  # Python names that Warp supports
 AFTER = "memory_after_step"
+MEASURED_VALUES = "measured"  # argument of the device function of a controller
 
 
 def written(
@@ -171,6 +174,15 @@ class _Rewriting(ast.NodeTransformer):
             if node.attr not in self.book.available:
                 raise at(node, f"{self.function.name}: {unknown('coefficient', node.attr, self.book.available)}")
             return _expression(f"c[{self.book.coefficients.index(node.attr)}]")
+        if name == MEASURED_VALUES and name in self.arguments:
+            if node.attr not in MEASURED:
+                hint = did_you_mean(node.attr, list(MEASURED))
+                raise at(
+                    node,
+                    f"{self.function.name} reads {ast.unparse(node)}, which is not measured{hint}; measured are "
+                    f"{', '.join(MEASURED)}",
+                )
+            return node
         if name in self.local:
             if node.attr not in self.book.memory:
                 raise at(node, f"{self.function.name}: {unknown('memory value', node.attr, self.book.memory)}")

@@ -1,0 +1,1 @@
+"""Parts of kernels for controlled structures: sensors, controllers and actuators."""
