@@ -48,7 +48,7 @@ GAL = 0.01 / STANDARD_GRAVITY  # 1 cm/s2 in g
 
 def ngawest2_table(path: str | os.PathLike) -> Flat:
     """Return periods [s], RotD50 Sa [g] and the table of records from the flat file of NGA-West2."""
-    flat = _read(path, "from_ngawest2", ",")
+    flat = _read_flat_file(path, "from_ngawest2", ",")
     spectra = {float(found[1]): name for name in flat if (found := NGAWEST2_PERIOD.fullmatch(name))}
     periods, values, table = _parts(flat, spectra, NGAWEST2, path, "NGA-West2", 1.0)
     frequency = table["longest_usable_period"]
@@ -60,7 +60,7 @@ def ngawest2_table(path: str | os.PathLike) -> Flat:
 def esm_table(path: str | os.PathLike) -> Flat:
     """Return periods [s], RotD50 Sa [g] and the table of records from the flat file of ESM 2018."""
     first = existing_file("from_esm", path).open(encoding="utf-8-sig", errors="replace").readline()
-    flat = _read(path, "from_esm", ";" if first.count(";") > first.count(",") else ",")
+    flat = _read_flat_file(path, "from_esm", ";" if first.count(";") > first.count(",") else ",")
     spectra = {float(found[1].replace("_", ".")): name for name in flat if (found := ESM_PERIOD.fullmatch(name))}
     periods, values, table = _parts(flat, spectra, ESM, path, "ESM", GAL)
     table["magnitude"] = table.pop("magnitude_emec").fillna(table["magnitude"])
@@ -81,7 +81,7 @@ def user_table(
     missing: float,
 ) -> Flat:
     """Return periods [s], Sa [g] and the table of records from a flat file with given names of columns."""
-    flat = path.copy() if isinstance(path, pd.DataFrame) else _read(path, "from_table", ",")
+    flat = path.copy() if isinstance(path, pd.DataFrame) else _read_flat_file(path, "from_table", ",")
     size = unit_factor(unit, "RecordSpectra.from_table: unit=") / STANDARD_GRAVITY
     where = "the table" if isinstance(path, pd.DataFrame) else path
     if not isinstance(spectra, Mapping) or not isinstance(columns, Mapping):
@@ -91,7 +91,7 @@ def user_table(
     return _parts(flat, dict(spectra), dict(columns), where, "given", size, missing)
 
 
-def _read(path: str | os.PathLike, function: str, separator: str) -> pd.DataFrame:
+def _read_flat_file(path: str | os.PathLike, function: str, separator: str) -> pd.DataFrame:
     # The C parser reads 21,000 rows of 250 columns in 1 s. Names may contain line breaks, and repeated names occur.
     file = existing_file(f"RecordSpectra.{function}", path)
     try:

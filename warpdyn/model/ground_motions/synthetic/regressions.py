@@ -123,7 +123,7 @@ class RezaeianDerKiureghian:
 
     def median_parameters(self) -> pd.DataFrame:
         """Return the parameters without errors of the regressions; columns as in `parameters`, one row."""
-        return _table(self._physical(self._means[None, :]), np.array([0]))
+        return _parameter_table(self._physical(self._means[None, :]), np.array([0]))
 
     @suggests_names
     def parameters(self, number: int, seed: int = 0, first: int = 0) -> pd.DataFrame:
@@ -163,7 +163,7 @@ class RezaeianDerKiureghian:
             found[left[good]] = values[good]
             left = left[~good]
             if not left.size:
-                return _table(found, index)
+                return _parameter_table(found, index)
         raise ValueError(
             f"RezaeianDerKiureghian: no modulating function was found for {left.size} motions after {ATTEMPTS} draws: "
             "the scenario is too far from the records of the regressions; change magnitude= or distance="
@@ -199,7 +199,7 @@ class RezaeianDerKiureghian:
         return np.stack(columns, axis=1)
 
 
-def _table(values: np.ndarray, index: np.ndarray) -> pd.DataFrame:
+def _parameter_table(values: np.ndarray, index: np.ndarray) -> pd.DataFrame:
     return pd.DataFrame(values, columns=list(COLUMNS), index=pd.Index(index, name="motion"))
 
 
