@@ -100,7 +100,7 @@ def importance_sampling(
     if not fails.any():
         raise ValueError(
             f"{function}: none of {count} samples failed, with {words}: give centres= near failures, more samples=, or "
-            "use subset_simulation, which finds failures by itself"
+            "use subset_simulation, which needs no centres"
         )
     contribution = np.where(fails, mixture.weights(normals), 0.0)
     probability = float(contribution.mean())

@@ -66,7 +66,7 @@ CHECKS: Mapping[str, Check] = {
     "median_given_factor": Check(
         *("median of the given factors", "1", 0.6, 3.0),
         {"they may be deviations from 1: give 1 + deviation": lambda factor: factor < 1}
-        | {"they may be deviations or dispersions, of which RandomFactor(Lognormal(1.0, dispersion)) takes one": None},
+        | {"they may be dispersions: give RandomFactor(Lognormal(1.0, dispersion))": None},
     ),
     "random_value": Check(
         *("random value over the nominal one", "1", 1e-2, 1e2),
