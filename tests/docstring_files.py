@@ -46,7 +46,31 @@ MODEL = """<?xml version="1.0" encoding="UTF-8"?>
 <assets>exposure.csv</assets>
 </exposureModel></nrml>
 """
+CONDITIONAL_SPECTRUM = """#,,,,"generated_by='OpenQuake engine 3.21.0', site_id=0, lon=0.0, lat=0.1"
+poe,stat,period,mea,std
+2.00000E-02,mean,0.00000E+00,3.00000E-01,2.70000E-01
+2.00000E-02,mean,5.00000E-01,7.00000E-01,3.40000E-01
+2.00000E-02,mean,1.00000E+00,4.50000E-01,1.00000E-02
+1.00000E-01,mean,0.00000E+00,1.50000E-01,2.70000E-01
+1.00000E-01,mean,5.00000E-01,3.20000E-01,3.40000E-01
+1.00000E-01,mean,1.00000E+00,2.00000E-01,1.00000E-02
+"""
+NGA_WEST2 = """Record Sequence Number,EQID,Earthquake Magnitude,ClstD (km),Vs30 (m/s) selected for analysis,\
+Lowest Usable Freq - Ave. Component (Hz),File Name (Horizontal 1),File Name (Horizontal 2),T0.100S,T1.000S
+1,1,6.0,10,300,0.1,a.AT2,b.AT2,0.3,0.1
+2,1,6.0,20,400,0.2,c.AT2,d.AT2,0.2,0.05
+3,2,7.0,30,500,-999,e.AT2,f.AT2,0.1,0.05
+"""
+ESM = """event_id;network_code;station_code;Mw;EMEC_Mw;rup_dist;JB_dist;epi_dist;vs30_m_sec;U_hp;V_hp;rotD50_T0_100;\
+rotD50_T1_000
+e1;IT;AAA;6.4;6.5;10;8;12;400;0.1;0.1;300;100
+e2;IT;BBB;6.0;;10;8;12;400;0.1;0.2;200;50
+e3;IT;CCC;5.5;;;8;12;;0.1;0.1;100;20
+"""
 FILES = {
+    "conditional-spectrum-0.csv": CONDITIONAL_SPECTRUM,
+    "ngawest2.csv": NGA_WEST2,
+    "esm.csv": ESM,
     "RSN6_IMPVALL.I_I-ELC180.AT2": record_files.at2(0.3 * WAVE),
     "XX.STA1..HNN.ASC": record_files.esm(100 * WAVE),
     "station.V2C": record_files.cosmos(100 * WAVE),

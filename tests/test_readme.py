@@ -41,7 +41,9 @@ PAGES = (
     "docs/how_to/loads_and_designs.md",
     "docs/how_to/built_structures.md",
     "docs/how_to/portfolios_and_files.md",
+    "docs/how_to/record_selection.md",
     "docs/how_to/records.md",
+    "docs/how_to/synthetic_motions.md",
     "docs/how_to/scatter.md",
     "docs/how_to/reproduce.md",
 )
@@ -62,6 +64,7 @@ def test_every_command_is_known_here() -> None:
         "decision",
         "benchmark",
         "growth",
+        "hazard_consistent",
         "portfolio",
         "metropolis",
         "isolation",

@@ -1,6 +1,16 @@
 """The public names of warpdyn and the modules they stand in: `__init__.py` loads them from here when asked for."""
 
 from . import truth as truth
+from .answers.contents.block_responses import rocking_response as rocking_response, sliding_response as sliding_response
+from .answers.contents.blocks import RockingBlock as RockingBlock, SlidingBlock as SlidingBlock
+from .answers.contents.component import Component as Component, RepairCost as RepairCost
+from .answers.contents.component_fragility import component_fragility as component_fragility
+from .answers.contents.component_losses import (
+    component_annual_losses as component_annual_losses,
+    component_losses as component_losses,
+)
+from .answers.contents.component_table import components_from_table as components_from_table
+from .answers.contents.overturning import overturning_intervals as overturning_intervals
 from .answers.fragility.building_results import building_results as building_results
 from .answers.fragility.capacity_curves import fragility_from_capacities as fragility_from_capacities
 from .answers.fragility.cloud_curves import fragility_of_cloud as fragility_of_cloud
@@ -42,7 +52,14 @@ from .answers.sensitivity.tornado import tornado as tornado
 from .campaigns.accuracy.method_choice import MethodChoice as MethodChoice
 from .campaigns.accuracy.pilot import plan as plan
 from .campaigns.incremental.capacities import capacities as capacities
+from .campaigns.inference.calibrate import calibrate as calibrate, sample_posterior as sample_posterior
+from .campaigns.inference.filters.assimilate import assimilate as assimilate
+from .campaigns.inference.measured import MeasuredLoop as MeasuredLoop, MeasuredResponse as MeasuredResponse
+from .campaigns.inference.posterior import compare_evidence as compare_evidence, posterior_scatter as posterior_scatter
 from .campaigns.integration.settings import Execution as Execution, Integration as Integration
+from .campaigns.live import packets as packets
+from .campaigns.live.live import Live as Live
+from .campaigns.live.saved_state import load_state as load_state, save_state as save_state
 from .campaigns.reductions.damage.counts import DamageCounts as DamageCounts
 from .campaigns.reductions.damage.losses import DamageLoss as DamageLoss
 from .campaigns.reductions.demand_histogram import DemandHistogram as DemandHistogram
@@ -75,6 +92,7 @@ from .interfaces.exchange.openquake_tables import (
     write_taxonomy_mapping as write_taxonomy_mapping,
 )
 from .interfaces.exchange.pelicun import write_pelicun_demands as write_pelicun_demands
+from .interfaces.exchange.pelicun_components import read_pelicun_components as read_pelicun_components
 from .interfaces.exchange.pelicun_reader import read_pelicun_demands as read_pelicun_demands
 from .interfaces.exchange.regional.building_files import write_building_results as write_building_results
 from .interfaces.exchange.regional.openquake_damages import write_openquake_damages as write_openquake_damages
@@ -125,9 +143,23 @@ from .model.ground_motions.motions_at_sites import MotionsAtSites as MotionsAtSi
 from .model.ground_motions.pairs_of_motions import PairOfMotions as PairOfMotions
 from .model.ground_motions.response_spectra import response_spectra as response_spectra
 from .model.ground_motions.roads.profiles import RandomRoad as RandomRoad, RoadBump as RoadBump, SineRoad as SineRoad
+from .model.ground_motions.selection.conditional import (
+    conditional_spectrum as conditional_spectrum,
+    read_openquake_spectrum as read_openquake_spectrum,
+)
+from .model.ground_motions.selection.correlation import spectral_correlation as spectral_correlation
+from .model.ground_motions.selection.models import ground_motion_model as ground_motion_model
+from .model.ground_motions.selection.record_spectra import RecordSpectra as RecordSpectra
+from .model.ground_motions.selection.result import RecordSelection as RecordSelection
+from .model.ground_motions.selection.select import select_records as select_records
+from .model.ground_motions.selection.target import TargetSpectrum as TargetSpectrum
+from .model.ground_motions.synthetic.motions import synthetic_motions as synthetic_motions
+from .model.ground_motions.synthetic.pulses import VelocityPulse as VelocityPulse
+from .model.ground_motions.synthetic.regressions import RezaeianDerKiureghian as RezaeianDerKiureghian
 from .model.scene.distributions.closed_form import Lognormal as Lognormal, Normal as Normal, Uniform as Uniform
 from .model.scene.distributions.numerical import Empirical as Empirical, Truncated as Truncated
 from .model.scene.portfolio import Archetype as Archetype, Portfolio as Portfolio
+from .model.scene.recording.floor_spectra import FloorSpectra as FloorSpectra
 from .model.scene.scatter import (
     GivenFactors as GivenFactors,
     GivenValues as GivenValues,
@@ -166,6 +198,7 @@ from .model.structures.builders.vehicles import HalfCar as HalfCar, QuarterCar a
 from .model.structures.frames.fishbone import fishbone as fishbone
 from .model.structures.frames.frame import Frame as Frame
 from .model.structures.frames.hinged_fishbone import HingedFishbone as HingedFishbone
+from .model.structures.frames.hinges.hinged_frame import HingedFrame as HingedFrame
 from .model.structures.frames.sticks import equivalent_stick as equivalent_stick
 from .model.structures.hazus import hazus_drift_limits as hazus_drift_limits
 from .model.structures.lumped.biaxial_spring import BiaxialSpring as BiaxialSpring

@@ -11,12 +11,25 @@ from dataclasses import replace
 import warp as wp
 
 from warpdyn.engine.device.processor import has_wide_registers
+from warpdyn.engine.kernels.composing.source_text import name_of
 from warpdyn.engine.kernels.composing.user_recorders import Recorder, users_of
 from warpdyn.engine.kernels.composition import Composed, compose, kernel_of
 from warpdyn.engine.kernels.kernel_cache import THREADS_OF_A_BLOCK, loaded
 from warpdyn.engine.kernels.lumped.division import divided_storeys, sections_of_storeys
 from warpdyn.engine.kernels.parts import straight_branches
-from warpdyn.engine.kernels.plan import Plan, has_few_values, keeps_drifts, keeps_slopes, options, values_held
+from warpdyn.engine.kernels.pausing.paused_text import Pausing, pausing
+from warpdyn.engine.kernels.plan import (
+    DTYPES,
+    Plan,
+    has_few_values,
+    has_joints,
+    keeps_drifts,
+    keeps_slopes,
+    options,
+    paused_struct,
+    values_held,
+)
+from warpdyn.engine.kernels.registry import all_parts
 from warpdyn.engine.kernels.skeletons.dense import integrate_dense
 from warpdyn.engine.kernels.skeletons.explicit_chain import integrate_chain
 from warpdyn.engine.kernels.skeletons.explicit_lumped import integrate_lumped
@@ -41,7 +54,15 @@ SKELETONS = {
 
 def composed(plan: Plan) -> Composed:
     """Return the source of a plan's kernel, and the constants, types and functions to which the names in it refer."""
-    return compose(SKELETONS[plan.family, plan.kind], plan)
+    return pausing_of(plan).composed if plan.pauses else compose(SKELETONS[plan.family, plan.kind], plan)
+
+
+@functools.cache
+def pausing_of(plan: Plan) -> Pausing:
+    """Return the source of a plan's kernel that can pause, and the variables that it loads and stores."""
+    skeleton = SKELETONS[plan.family, plan.kind]
+    parts = {name_of(part) for part in all_parts() if part.wanted(plan)} | {skeleton.__module__.rpartition(".")[2]}
+    return pausing(compose(skeleton, plan), parts, paused_struct(plan.dtype), plan.lanes, DTYPES[plan.dtype])
 
 
 @functools.cache
@@ -81,6 +102,9 @@ GPU_UNROLLED_MATRIX = 8
 # bilinear springs and peak deformations: 16 springs and 12 degrees of freedom fit in registers (80 bytes do not without
 # unrolling), of 20 springs 72 bytes do not (304); of 32 springs 1,000 bytes do not in both cases.
 UNROLLED_SPRINGS = 20
+# Loops of frames with several bays. The stages of a method are not unrolled: each contains the search for massless
+# rotations, which would compile in minutes.
+FRAME_UNROLL = 3
 UNROLLED_SLOPES = 40  # methods that keep all slopes: largest storeys times stages for which loops are unrolled
 # If the GPU's compiler knows the number of threads per block, it uses more registers and waits less: from 3 storeys on
 # kernels run 2 to 6 % faster. Below 3 storeys they lose as much, because registers then limit how many threads run.
@@ -140,7 +164,10 @@ def _fitted_lumped(plan: Plan, is_gpu: bool) -> Plan:
     elif divided_storeys(plan) is not None:
         plan = replace(plan, by_storey=True)
     if is_gpu:
-        return replace(plan, lanes=GPU_LANES, max_unroll=GPU_UNROLL if largest <= UNROLLED_SPRINGS else 1)
+        unrolls = largest <= UNROLLED_SPRINGS and not has_joints(plan)
+        return replace(plan, lanes=GPU_LANES, max_unroll=GPU_UNROLL if unrolls else 1)
+    if has_joints(plan):
+        return replace(plan, lanes=CPU_LANES if plan.dtype == "float32" else CPU_LONG_LANES, max_unroll=FRAME_UNROLL)
     is_small = largest <= LONG_CHAIN
     lanes = CPU_LANES if is_small or plan.dtype == "float32" else CPU_LONG_LANES
     return replace(plan, lanes=lanes, max_unroll=CPU_UNROLL if is_small else CPU_LONG_UNROLL)
@@ -188,6 +215,8 @@ def _sections(plan: Plan) -> int:
     """Return the number of GPU threads that share the storeys of a chain, so that their values fit in registers."""
     if plan.damping == "modal":
         return 1  # modal damping: the damping force of each floor depends on all floors
+    if plan.oscillators:
+        return 1  # the oscillators of a floor are in local memory anyway
     words = 2 if plan.dtype == "float64" else 1
     storey = words * sum(values_held(plan).values()) / plan.dofs
     beside = BESIDE_STOREYS[plan.dtype] + words * BESIDE_ENERGIES * ("energy" in plan.recorders)

@@ -36,7 +36,7 @@ COLLAPSE_OF_SPRINGS = {  # `lumped/spring_collapse.py`
         is_whole=True,
     ),
 }
-OF_ROTATIONS = {  # `stepping/column_line.py`
+OF_ROTATIONS = {  # `hinges/hinge_search.py`
     "spring_without_equilibrium": Variable(
         (),
         "1",

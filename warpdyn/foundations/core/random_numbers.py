@@ -42,6 +42,9 @@ class Purpose(IntEnum):
     WITHIN_EARTHQUAKES = 10
     ROAD = 11  # phases of waves in a road profile; the index is that of the profile
     RARE_EVENTS = 12  # samples of subset simulation and importance sampling, once per call
+    SYNTHETIC_PARAMETERS = 13  # parameters of synthetic motions; `sample` is then the index of the motion
+    SYNTHETIC_NOISE = 14  # white noise of synthetic motions, as above
+    RECORD_SELECTION = 15  # simulated spectra, once per target
 
 
 def key_of(seed: int) -> int:

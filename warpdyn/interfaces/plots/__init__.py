@@ -4,6 +4,7 @@ Each function returns a new figure. If axes are given as `ax`, it draws into the
 shows the figure if the call is the last line of a cell.
 """
 
+from warpdyn.interfaces.plots.analyses.record_selection import record_selection
 from warpdyn.interfaces.plots.analyses.sensitivity import sensitivity
 from warpdyn.interfaces.plots.analyses.state_dependent import state_dependent_fragility
 from warpdyn.interfaces.plots.analyses.surface import fragility_surface
@@ -45,6 +46,7 @@ __all__ = [
     "ida_curves",
     "loss_exceedance",
     "pushover_curve",
+    "record_selection",
     "residual_drifts",
     "sensitivity",
     "spectra",

@@ -22,9 +22,11 @@ from warpdyn.model.ground_motions.pairs_of_motions import PairOfMotions
 from warpdyn.model.scene import scatter
 from warpdyn.model.scene.distributions import closed_form, numerical
 from warpdyn.model.scene.portfolio import Archetype, Portfolio
+from warpdyn.model.scene.recording.floor_spectra import FloorSpectra
 from warpdyn.model.structures.builders.torsional_building import TorsionalBuilding
 from warpdyn.model.structures.frames.frame import Frame
 from warpdyn.model.structures.frames.hinged_fishbone import HingedFishbone
+from warpdyn.model.structures.frames.hinges.hinged_frame import HingedFrame
 from warpdyn.model.structures.frames.reduced_frame import Gauge, ReducedFrame
 from warpdyn.model.structures.lumped.biaxial_spring import BiaxialSpring
 from warpdyn.model.structures.lumped.spring import Spring
@@ -46,18 +48,20 @@ OWN: dict[str, Any] = {  # name -> class of warpdyn that the JSON may contain
         filtered_velocity.FilteredIncrementalVelocity,
         *(scatter.RandomFactor, scatter.RandomValue, scatter.GivenValues, scatter.GivenFactors),
         *(closed_form.Normal, closed_form.Lognormal, closed_form.Uniform),
+        FloorSpectra,
         *(numerical.ScipyDistribution, numerical.Truncated, numerical.Empirical),
     )
 }
 SCENE_KEYS = (
     *("structure", "excitation", "scatter", "correlation", "sampling", "recorders", "collapse_drift_ratio"),
-    *("tail", "record_from", "title"),
+    *("tail", "record_from", "floor_spectra", "title"),
 )
 ARCHETYPE_KEYS = ("structure", "count", "scatter", "correlation")
 LUMPED_CHOICES = (
     *("damping", "damping_ratio", "outputs", "rotations", "groups", "output_units", "is_machine"),
     *("storey_height", "storey_springs"),
 )
+WITH_HINGES = {each.__name__: each for each in (HingedFishbone, HingedFrame)}
 BUILDING_KEYS = ("law", "damping", "mass", "stiffness", "height")
 
 
@@ -83,6 +87,7 @@ def arguments_of_scene(text: str, motions: GroundMotion | Sequence[GroundMotion]
         "excitation": found.value(told["excitation"], "excitation"),
         "scatter": found.value(told.get("scatter", {}), "scatter"),
         "correlation": _pairs(told.get("correlation", {})),
+        "floor_spectra": found.value(told.get("floor_spectra"), "floor_spectra"),
     }
 
 
@@ -190,8 +195,8 @@ class Rebuilding:
             return self.lumped(rest, where, is_torsional=kind == "TorsionalBuilding")
         if kind == "ReducedFrame":
             return self.reduced_frame(rest, where)
-        if kind == "HingedFishbone":
-            return self.hinged_fishbone(rest, where)
+        if kind in WITH_HINGES:
+            return self.with_hinges(WITH_HINGES[kind], rest, where)
         if kind != "ShearBuilding":
             raise _foreign(where, kind)
         _check_keys(rest, where, (), BUILDING_KEYS)
@@ -244,8 +249,8 @@ class Rebuilding:
         _check_keys(given, where, list(signature(Frame.lumped).parameters), ())
         return frame.lumped(**given)
 
-    def hinged_fishbone(self, told: dict[str, Any], where: str) -> HingedFishbone:
-        """Return the fish-bone frame with hinges that a JSON object without its type describes."""
+    def with_hinges(self, kind: type[HingedFishbone | HingedFrame], told: dict[str, Any], where: str) -> Any:
+        """Return the frame with hinges that a JSON object without its type describes."""
         _check_keys(told, where, (), ("frame", "hinges", "damping"))
         given = dict(told)
         frame = _made(Frame, given.pop("frame"), f"{where}.frame")
@@ -255,8 +260,8 @@ class Rebuilding:
         for row in given.pop("hinges"):
             law = {name: self.value(value, f"{where}.hinges.{name}") for name, value in row.items()}
             hinges[law.pop("member"), law.pop("end")] = law
-        _check_keys(given, where, list(signature(HingedFishbone).parameters), ())
-        return HingedFishbone(frame, hinges, **given)
+        _check_keys(given, where, list(signature(kind).parameters), ())
+        return kind(frame, hinges, **given)
 
     def _numbers(self, told: object, where: str) -> np.ndarray:
         """Return the values of a building's parameter as an array; `where` is its position in the JSON, for errors."""

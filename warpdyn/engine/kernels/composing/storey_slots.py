@@ -1,4 +1,4 @@
-"""Slots of lumped structures: equal storeys, fish-bone frames, implicit steps; slots.py contains all others.
+"""Slots of lumped structures: equal storeys, frames with hinges, implicit steps; slots.py contains all others.
 
 Each row contains the index, the text, the variables that a part may read, and those that it may change.
 """
@@ -49,7 +49,7 @@ OF_IMPLICIT_STEPS: dict[str, tuple[str, ...]] = {
 }
 
 OF_COLUMN_LINE: dict[str, tuple[str, ...]] = {
-    "tilt_columns": ("kernel", "Change the unbalanced moments of a fish-bone frame with the drifts.", "", "solution"),
+    "tilt_columns": ("kernel", "Change the unbalanced moments of a frame with the drifts.", "", "solution"),
     "factorise_line": ("kernel", "Factorise the linear system of the rotations.", "solution", "i"),
     "solve_line": ("kernel", "Solve the linear system of the rotations.", "solution"),
     "turn_all": ("kernel", "Correct all rotations by the first solution.", "solution"),
@@ -70,6 +70,6 @@ OF_COLUMN_LINE: dict[str, tuple[str, ...]] = {
 
 OF_LUMPED = {
     "Lumped structures of equal storeys": OF_EQUAL_STOREYS,
-    "Fish-bone frames with hinges": OF_COLUMN_LINE,
+    "Frames with hinges": OF_COLUMN_LINE,
     "Implicit steps of lumped structures": OF_IMPLICIT_STEPS,
 }

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field, fields
 
 import numpy as np
 
+from warpdyn.engine.kernels.hinges.layout import JointFrame
 from warpdyn.engine.laws.springs import StoreyRules, number_of_coefficients
 
 TERMS_PER_STATEMENT = 3  # so that no line is longer than 120 columns
@@ -119,6 +120,16 @@ class ColumnLine:
         """Number of rows of rotations, with the last row of zeros."""
         return self.storeys + 1 + self.ends_of_storey * self.storeys + 1
 
+    @property
+    def springs_of_rows(self) -> list[int]:
+        """Of each row the spring that a message names if its moment does not balance."""
+        joints = [max(joint - 1, 0) for joint in range(self.storeys + 1)]
+        found = joints + [end // self.ends_of_storey for end in range(self.ends_of_storey * self.storeys)]
+        for spring in self.springs:
+            if spring >= 0:
+                found[self.rows_of(spring)[0]] = spring
+        return found
+
     def rows_of(self, spring: int) -> tuple[int, int]:
         """Return the two rows whose difference is the rotation of a hinge."""
         place = self.springs.index(spring)
@@ -149,7 +160,8 @@ class Pattern:
         pairs: Number of biaxial springs; the deformations of their components are the last rows of `deformation`.
         biaxial_law: Device functions of the biaxial springs; None without such springs.
         resultants: For each output the places of its other rows; () for an output that is not a resultant.
-        line: The column line of a fish-bone frame with hinges; None for other structures.
+        line: The column line of a fish-bone frame with hinges, or the layout of another frame with hinges; None for
+            other structures.
         storeys: For each storey the places of the springs whose deformations are its drift; () without storeys.
     """
 
@@ -167,7 +179,7 @@ class Pattern:
     pairs: int = 0
     biaxial_law: StoreyRules | None = None
     resultants: tuple[tuple[int, ...], ...] = ()
-    line: ColumnLine | None = None
+    line: ColumnLine | JointFrame | None = None
     storeys: tuple[tuple[int, ...], ...] = ()
 
     @property

@@ -9,49 +9,18 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from warpdyn.engine.kernels.lumped.pattern import ColumnLine
-from warpdyn.engine.laws.bilinear.parameters import Bilinear, ElasticPerfectlyPlastic
 from warpdyn.engine.laws.elastic.parameters import Elastic
-from warpdyn.engine.laws.ibarra_medina_krawinkler.parameters import IbarraMedinaKrawinklerBilinear
 from warpdyn.foundations.core.checks import check_kind
-from warpdyn.foundations.core.near_misses import did_you_mean, with_suggestions
+from warpdyn.foundations.core.near_misses import with_suggestions
 from warpdyn.model.structures.frames.column_line import ENDS, base_turn, check_gravity, checked_hinges, checked_line
 from warpdyn.model.structures.frames.frame import Frame
+from warpdyn.model.structures.frames.hinges.hinged_structure import Hinge, HingedStructure
 from warpdyn.model.structures.frames.members.elements import Sections, shear_ratio
-from warpdyn.model.structures.frames.reduced_frame import ReducedFrame
 from warpdyn.model.structures.lumped.spring import Spring
-
-LAWS_OF_HINGES = (Elastic, Bilinear, ElasticPerfectlyPlastic, IbarraMedinaKrawinklerBilinear)
-
-
-class Hinge(Spring):
-    """A rotational spring between the end of a member and its joint; its deformation is their relative rotation [rad].
-
-    Args:
-        name: Name, such as "C1 start".
-        dof: Degree of freedom of the floor above.
-        stiffness: Initial stiffness [N m/rad].
-        law: Law, as for a Spring; forces are moments [N m], drifts rotations [rad].
-        **parameters: Parameters of the law.
-    """
-
-    def __init__(self, name: str, dof: str, stiffness: float, law: Any, **parameters: float) -> None:
-        if isinstance(law, str) and law not in (each.name for each in LAWS_OF_HINGES):
-            raise ValueError(_unknown_law(name, law))
-        super().__init__(name, {dof: 1.0}, law=law, stiffness=stiffness, rotational=True, **parameters)
-        self.direction = {dof: 0.0}  # its moment acts on massless rotations
-        if self.law not in LAWS_OF_HINGES:
-            raise ValueError(_unknown_law(name, self.law.name))
-
-
-def _unknown_law(hinge: str, law: str) -> str:
-    known = sorted(each.name for each in LAWS_OF_HINGES)
-    return (
-        f"hinge {hinge!r}: {law!r} is not a law of hinges{did_you_mean(law, known)}; choose one of {', '.join(known)}"
-    )
 
 
 @with_suggestions
-class HingedFishbone(ReducedFrame):
+class HingedFishbone(HingedStructure):
     """A fish-bone frame whose members have nonlinear hinges at their ends.
 
     The floors' displacements are integrated; rotations are massless and solved in each stage of the method. A hinge is
@@ -122,39 +91,20 @@ class HingedFishbone(ReducedFrame):
     ) -> None:
         check_kind("HingedFishbone", "a Frame", frame, Frame, argument="frame")
         self.line = checked_line(frame)
-        self.hinges = checked_hinges(frame, self.line, hinges)
+        checked = checked_hinges(frame, self.line, hinges)
         if p_delta is True:
             check_gravity(frame)
-        if not isinstance(outputs, tuple | list) or tuple(outputs) not in ((), ("drift",)):
-            raise ValueError(
-                f"outputs of a HingedFishbone are ('drift',) or (), got {outputs!r}: recorder 'spring' has storey "
-                "shears and moments of hinges"
-            )
         super().__init__(
             frame,
-            dofs=None,
-            reduction="static",
-            modes=0,
+            checked,
             p_delta=p_delta,
-            vertical=False,
             outputs=outputs,
-            members=None,
             drift_capacity=drift_capacity,
             damping=damping,
             damping_ratio=damping_ratio,
             damping_modes=damping_modes,
             damping_matrix=damping_matrix,
         )
-
-    @property
-    def hinge_names(self) -> tuple[str, ...]:
-        """Names of the hinges with laws, such as "C1 start"."""
-        return tuple(f"{member} {end}" for member, end in self.hinges)
-
-    @property
-    def lacking(self) -> tuple[str, ...]:
-        """Recorders that the structure cannot have: energies, because hinges have no rates."""
-        return (*super().lacking, "energy")
 
     def _gauges(self, names: Sequence[str]) -> tuple[list[Spring], list[float]]:
         """Return the storeys followed by the hinges, storey by storey, and the storey heights [m]."""
@@ -200,35 +150,3 @@ class HingedFishbone(ReducedFrame):
         rows.append(np.full(count, 0.0 if turn is True else float(turn)))
         of_hinges = np.broadcast_to(values["stiffness"], (count, len(self.springs)))[:, len(self.line) :]
         return np.concatenate([np.stack(rows), of_hinges.T])
-
-    def linear_matrices(self, values: Mapping[str, np.ndarray]) -> np.ndarray:
-        """Return 0: the kernel finds the forces of members from the rotations."""
-        return np.zeros((1, self.dofs, self.dofs))
-
-    def dashpots(self, values: Mapping[str, np.ndarray], rayleigh: np.ndarray) -> np.ndarray:
-        """Return 0: damping acts on the velocities of floors."""
-        return np.zeros((len(values["mass"]), len(self.springs)))
-
-    def scatter_problem(self, name: str, *, is_common_factor: bool) -> str | None:
-        """Return why a parameter cannot be random."""
-        if name == "stiffness":
-            return "initial stiffnesses of hinges belong to the frame: scatter second_moment or yield_force instead"
-        return super().scatter_problem(name, is_common_factor=is_common_factor)
-
-    def description(self) -> dict[str, Any]:
-        """Return the structure as a dictionary, for its JSON."""
-        found = super().description()
-        for name in ("dofs", "reduction", "modes", "vertical", "members"):
-            del found[name]
-        by_name = {spring.name: spring for spring in self.springs}
-        rows = []
-        for (member, end), name in zip(self.hinges, self.hinge_names, strict=True):
-            spring = by_name[name]
-            rows.append({"member": member, "end": end, "law": spring.law.name, **spring.parameters})
-        return found | {"type": "HingedFishbone", "hinges": rows}
-
-    def __repr__(self) -> str:
-        return (
-            f"HingedFishbone({self.dofs} storeys, {len(self.hinges)} hinges, T = {self.fundamental_period:.4g} s, "
-            f"damping={self.damping!r})"
-        )

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from warpdyn.engine.kernels.hinges.layout import JointFrame
 from warpdyn.engine.kernels.lumped.pattern import ColumnLine
 from warpdyn.model.structures.lumped.biaxial_spring import Component
 from warpdyn.model.structures.lumped.damping import rayleigh_factors
@@ -150,8 +151,8 @@ class LumpedMatrices:
         return self.elastic_matrices(values)
 
     @property
-    def column_line(self) -> ColumnLine | None:
-        """The column line of a fish-bone frame with hinges; None for other structures."""
+    def column_line(self) -> ColumnLine | JointFrame | None:
+        """The column line of a fish-bone frame with hinges, or the layout of another frame with hinges; otherwise None."""
         return None
 
     def values_of_line(self, values: Values) -> np.ndarray:

@@ -27,7 +27,12 @@ from warpdyn.model.structures.lumped.names import (
 )
 from warpdyn.model.structures.lumped.places.free_motions import mass_problem, stiffness_problem
 from warpdyn.model.structures.lumped.places.kinds import kinds_of
-from warpdyn.model.structures.lumped.places.spring_values import checked_springs, parameters_of_springs, spring_values
+from warpdyn.model.structures.lumped.places.spring_values import (
+    MOST_SPRINGS,
+    checked_springs,
+    parameters_of_springs,
+    spring_values,
+)
 from warpdyn.model.structures.lumped.places.storeys import Storeys, check_different_storeys, checked_storeys
 from warpdyn.model.structures.lumped.spring import Spring
 from warpdyn.model.structures.modal import modal_properties
@@ -127,6 +132,8 @@ class LumpedStructure(LumpedMatrices, Structure):
     can_have_zero_outputs = False
     storey_springs: Storeys = ()  # places of the springs of each storey
 
+    most_springs = MOST_SPRINGS
+
     def __init__(
         self,
         mass: Mapping[str, float],
@@ -155,7 +162,7 @@ class LumpedStructure(LumpedMatrices, Structure):
         self.dof_names = tuple(masses)
         if not 1 <= len(masses) <= MOST_DOFS:
             raise ValueError(f"a lumped structure has 1 to {MOST_DOFS} degrees of freedom, got {len(masses)}")
-        self.springs = checked_springs(springs, self.dof_names)
+        self.springs = checked_springs(springs, self.dof_names, self.most_springs)
         self.given_springs = tuple(springs)
         self.pairs = sum(isinstance(each, BiaxialSpring) for each in springs)
         directions = [spring.direction for spring in self.springs]

@@ -19,14 +19,14 @@ from warpdyn.model.structures.lumped.spring import Spring
 MOST_SPRINGS = 128
 
 
-def checked_springs(given: object, dofs: Sequence[str]) -> tuple[Spring | Component, ...]:
+def checked_springs(given: object, dofs: Sequence[str], most: int = MOST_SPRINGS) -> tuple[Spring | Component, ...]:
     """Return the springs and then the components of biaxial springs, or raise an error that names a wrong one."""
     if not isinstance(given, list | tuple) or not all(isinstance(each, Spring | BiaxialSpring) for each in given):
         raise TypeError(f"springs must be a list of Springs, got {shortened(given)}")
     found: list[Spring | Component] = [each for each in given if isinstance(each, Spring)]
     found += [part for each in given if isinstance(each, BiaxialSpring) for part in each.components]
-    if not 1 <= len(found) <= MOST_SPRINGS:
-        raise ValueError(f"a lumped structure has 1 to {MOST_SPRINGS} springs, got {len(found)}")
+    if not 1 <= len(found) <= most:
+        raise ValueError(f"a lumped structure has 1 to {most} springs, got {len(found)}")
     names: set[str] = set()
     for spring in found:
         if spring.name in names:

@@ -4,30 +4,36 @@ Unknowns are the rotations of joints and of member ends; a hinge is a spring of 
 joint. The floors' displacements are known in a stage, so the rotations follow from equilibrium of moments: the ends of
 a member are eliminated in closed form, and a tridiagonal system remains for the joints, from the base to the roof.
 
-With fixed branches of all hinges one solution is exact. The first solution of a stage uses the branches of the last
-state, whose unbalanced moments differ from those of the stage only by the change of the drifts; therefore a stage needs
-one solution and one evaluation of the hinges if no hinge changes its branch. The moments are always checked. If they do
-not balance, `hinge_search.py` continues. The factors of the tridiagonal system are kept until a branch changes.
-
-This file contains the structure: moments, the linear system and its solution. `hinge_laws.py` contains the laws.
+`massless_rotations.py` contains the loop over solutions, `hinge_laws.py` the laws.
 """
+
+from warpdyn.engine.kernels.lumped.pattern import ColumnLine
 
 order = 5
 
-BORROWS = {"hinge_laws": ("first_slope", "hinge_slope"), "hinge_search": ("pace",)}
-
-MOST_SOLUTIONS = 80
-# Largest unbalanced moment, relative to the largest moment of a column of the sample so far.
-TOLERANCE = {"float32": 5e-5, "float64": 1e-9}
+BORROWS = {
+    "massless_rotations": (
+        "turn",
+        "unbalanced",
+        "push",
+        "largest_moment",
+        "worst_balance",
+        "largest_turn",
+        "energy_slope",
+        "factorises",
+    ),
+    "hinge_laws": ("first_slope", "hinge_slope"),
+    "hinge_search": ("pace",),
+}
 
 
 def wanted(plan):
-    return plan.pattern is not None and plan.pattern.line is not None
+    return plan.pattern is not None and isinstance(plan.pattern.line, ColumnLine)
 
 
 def values_held(plan):
     line = plan.pattern.line
-    return 3 * line.rows + (8 if line.has_hinged_columns else 4) * plan.dofs
+    return (8 if line.has_hinged_columns else 4) * plan.dofs
 
 
 def names(plan):
@@ -40,9 +46,7 @@ def names(plan):
     dtype, line, storeys, lanes = DTYPES[plan.dtype], plan.pattern.line, plan.dofs, plan.lanes
     is_rigid_base = line.is_fixed and line.base_hinge < 0
     return {
-        "balance": wp.constant(dtype(TOLERANCE[plan.dtype])),
         "JOINTS": storeys + 1,
-        "ROTATIONS": line.rows - 1,  # rows of rotations without the last one, which is 0
         "ROTATIONS_OF_STOREY": line.ends_of_storey,
         "VALUES": VALUES_OF_STOREY,
         "FIRST_OF_LINE": plan.pattern.first_of_line,
@@ -51,18 +55,13 @@ def names(plan):
         "HINGED_COLUMNS": line.has_hinged_columns,
         "HINGED_BASE": line.base_hinge >= 0,
         "BASE_HINGE": line.base_hinge,
-        "MOST_SOLUTIONS": MOST_SOLUTIONS,
         "spring_at": number_at(line.springs),
-        "turn_rows": wp.types.matrix(shape=(line.rows, lanes), dtype=dtype),
         "joint_rows": wp.types.matrix(shape=(storeys + 1, lanes), dtype=dtype),
         "place_rows": wp.types.matrix(shape=(3 * storeys, lanes), dtype=dtype),
     }
 
 
 def declare():
-    turn = turn_rows()  # rotations of joints, then those of ends of members
-    unbalanced = turn_rows()  # moments
-    push = turn_rows()  # correction of the rotations
     slant = matrix()  # drift divided by height, to which the unbalanced moments belong
     stiffness_of_joint = joint_rows()  # of rigid connections
     inverse_pivot = joint_rows()
@@ -70,12 +69,6 @@ def declare():
     share_of_end = place_rows()  # rotation of a member end per rotation of its joint
     softness = place_rows()  # flexibility of the hinges of columns; rotation of a half-beam's end per moment
     far_share = place_rows()  # rotation of a column's end per rotation of the joint at the other end
-    largest_moment = row()  # of columns of the sample so far
-    worst_balance = row()
-    largest_turn = row()
-    energy_slope = row()  # unbalanced moments times correction
-    has_begun = int(0)  # whether the unbalanced moments are those of a state
-    factorises = int(1)  # whether a branch has changed
 
 
 def read_storey():
@@ -84,27 +77,6 @@ def read_storey():
         stiffness_of_joint[i + 1, j] = terms[FIRST_OF_LINE + VALUES * i, j]
     if i == 0:
         stiffness_of_joint[0, j] += terms[GROUND, j]
-
-
-def gather_springs():
-    slot("tilt_columns")
-    seeking = int(1)
-    solution = int(0)
-    while seeking > 0 and solution < MOST_SOLUTIONS:
-        if has_begun > 0:
-            if factorises > 0:
-                slot("factorise_line")
-            slot("solve_line")
-            if solution == 0:
-                slot("turn_all")
-            else:
-                slot("turn_searching")
-        slot("follow_hinges")
-        slot("unbalance_line")
-        slot("judge_balance")
-        has_begun = 1
-        solution += 1
-    slot("end_balance")
 
 
 def tilt_columns():
@@ -305,7 +277,3 @@ def unbalance_line():
                 worst_balance[j] = larger(worst_balance[j], wp.abs(left_moment))
     for j in range(LANES):
         worst_balance[j] = larger(worst_balance[j], wp.abs(unbalanced[N, j]))
-
-
-def restore():
-    f = spring_force[i, j]

@@ -1,4 +1,4 @@
-"""Laws of the hinges of a fish-bone frame: moment and slope at a trial rotation, from the memory of the accepted state.
+"""Laws of the hinges of a frame: moment and slope at a trial rotation, from the memory of the accepted state.
 
 Laws with straight branches are evaluated on the branch of the last state first; lanes that leave it are evaluated again
 by all rules. The branch's slope is used in the linear system until it changes.
@@ -8,7 +8,7 @@ from warpdyn.engine.laws.springs import spring_row
 
 order = 5
 
-BORROWS = {"column_line": ("turn", "factorises")}
+BORROWS = {"massless_rotations": ("turn", "factorises")}
 LEAST_SLOPE = 1e-9  # of the initial stiffness of a hinge, in the matrix only
 
 

@@ -1,4 +1,4 @@
-"""The search for rotations of a fish-bone frame whose first solution does not balance all moments.
+"""The search for rotations of a frame whose first solution does not balance all moments.
 
 Newton's method ends only if all moments balance. Three guards keep it safe: a rotation changes by at most MOST_TURN in
 an iteration; a step beyond the minimum of energy along its direction is shortened (false position); and if
@@ -10,7 +10,7 @@ solution has the status not_converged.
 order = 5
 
 BORROWS = {
-    "column_line": (
+    "massless_rotations": (
         "turn",
         "push",
         "unbalanced",
@@ -46,17 +46,12 @@ def names(plan):
     from warpdyn.engine.kernels.plan import DTYPES
 
     dtype, line = DTYPES[plan.dtype], plan.pattern.line
-    joints = [max(joint - 1, 0) for joint in range(line.storeys + 1)]
-    springs = joints + [end // line.ends_of_storey for end in range(line.ends_of_storey * line.storeys)]
-    for spring in line.springs:
-        if spring >= 0:
-            springs[line.rows_of(spring)[0]] = spring
     return {
         "most_turn": wp.constant(dtype(MOST_TURN)),
         "over_relaxation": wp.constant(dtype(OVER_RELAXATION)),
         "most_moment": wp.constant(dtype(MOST_MOMENT)),
         "NEWTON_SOLUTIONS": NEWTON_SOLUTIONS,
-        "spring_of_turn": number_at(springs),
+        "spring_of_turn": number_at(line.springs_of_rows),
     }
 
 

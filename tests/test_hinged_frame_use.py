@@ -1,0 +1,224 @@
+"""Frames with hinges and several bays: invalid input, elastic limit of irregular frames, safe solutions, JSON."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from frame_cases import portal
+from hinge_cases import motion
+from hinged_frame_cases import reference_model
+
+import warpdyn as wd
+
+pytestmark = pytest.mark.meant_as_given(
+    "no_damping", "damping_ratio", "first_period", "strongest_motion", "peak_ground_acceleration"
+)
+STRONG = {"law": "bilinear", "yield_force": 5e7, "hardening_ratio": 0.02}
+HINGE = STRONG | {"yield_force": 3e5}
+
+
+def changed(**changes: Any) -> wd.Frame:
+    """Return the portal of the reference set with other entries in rows of its tables; None removes an entry."""
+    arguments = portal().description()
+    for table, rows in changes.items():
+        if not isinstance(rows, dict):
+            arguments[table] = rows
+            continue
+        for name, row in rows.items():
+            if not isinstance(row, dict):
+                arguments[table][name] = row
+                continue
+            entries = arguments[table].get(name, {}) | row
+            arguments[table][name] = {key: value for key, value in entries.items() if value is not None}
+    return wd.Frame(**arguments)
+
+
+@pytest.mark.parametrize(
+    ("hinges", "message"),
+    [
+        ({("C1_3", "start"): HINGE}, "'C1_3' of .* is not a member .did you mean 'C1_"),
+        ({("C1_1", "top"): HINGE}, "'top' of .* is not an end: give 'start' or 'end'"),
+        ({"C1_1": HINGE}, "'C1_1' is not a pair such as"),
+        ({("L1", "start"): HINGE}, "'L1' has kind='truss' and no moments"),
+        ({("C1_1", "start"): {"yield_force": 5e6}}, "needs a dictionary with 'law'"),
+        ({("C1_1", "start"): HINGE | {"stiffness": 1e9}}, "remove stiffness of .*: it is spring_start"),
+        ({("C1_1", "start"): {"law": "bouc_wen"}}, "hinge 'C1_1 start': 'bouc_wen' is not a law of hinges"),
+        ({}, "hinges is empty: give at least one hinge.*Frame.lumped"),
+    ],
+)
+def test_wrong_hinges_are_named(hinges, message):
+    with pytest.raises(ValueError, match=message):
+        wd.HingedFrame(portal(), hinges)
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"members": {"C1_1": {"spring_start": None}}}, r"\('C1_1', 'start'\) has no spring.* spring_start="),
+        ({"members": {"C1_1": {"spring_start": 0.0}}}, r"\('C1_1', 'start'\) is released"),
+        ({"geometric_stiffness": "consistent"}, "geometric_stiffness='string'"),
+        ({"masses": {"J1_1": {"ux": 0.0, "uy": 500.0, "rz": 0.0}}}, "'J1_1 uy' has the mass 500"),
+        ({"supports": {"J1_1": "roller"}}, r"gravity_load of node 'J1_1' has no P-Delta effect.*leaning column"),
+        ({"nodes": {"L1": {"gravity_load": 1e9}}}, "buckl"),
+    ],
+)
+def test_frames_that_cannot_have_hinges_are_named(changes, message):
+    frame = changed(**changes)
+    with pytest.raises(ValueError, match=message):
+        wd.HingedFrame(frame, {("C1_1", "start"): HINGE})
+
+
+def test_frame_without_rigid_floors_is_refused():
+    told = portal().description() | {"diaphragms": {}, "masses": {"J1_1": 7e4}}
+    told["supports"] |= {"L1": "fixed"}
+    frame = wd.Frame(**told)
+    with pytest.raises(ValueError, match="no rigid floors, whose displacements are integrated"):
+        wd.HingedFrame(frame, {("C1_1", "start"): HINGE})
+
+
+def test_hinges_must_be_a_dictionary():
+    with pytest.raises(TypeError, match="hinges must be a dictionary"):
+        wd.HingedFrame(portal(), [HINGE])
+
+
+def test_gravity_that_makes_hinges_yield_is_warned_of():
+    frame = changed(members={"B1_1": {"gravity_load": 50e3}})
+    # A beam of 6 m under 50 kN/m: about w L^2 / 12 = 150 kN m at its ends, less because the columns rotate.
+    with pytest.warns(UserWarning, match="gravity alone exceeds the yield moment of hinge 'B1_1 (start|end)'.*1 other"):
+        wd.HingedFrame(frame, {("B1_1", end): HINGE | {"yield_force": 9e4} for end in ("start", "end")})
+    wd.HingedFrame(frame, {("B1_1", end): HINGE | {"yield_force": 16e4} for end in ("start", "end")})
+
+
+def test_frame_with_too_many_massless_displacements_is_refused():
+    nodes, members, supports = {}, {}, {}
+    for level in range(13):
+        for line in range(11):
+            nodes[f"{level} {line}"] = (6.0 * line, 3.5 * level)
+            if level:
+                members[f"C{level} {line}"] = (f"{level - 1} {line}", f"{level} {line}", "any")
+            else:
+                supports[f"0 {line}"] = "fixed"
+            if level and line:
+                members[f"B{level} {line}"] = (f"{level} {line - 1}", f"{level} {line}", "any")
+    members["C1 0"] = {"start": "0 0", "end": "1 0", "section": "any", "spring_start": 1e9}
+    floors = {f"floor {level}": [f"{level} {line}" for line in range(11)] for level in range(1, 13)}
+    section = {"elastic_modulus": 2e11, "area": 0.02, "second_moment": 5e-4}
+    frame = wd.Frame(
+        nodes, members, {"any": section}, supports=supports, diaphragms=floors, masses=dict.fromkeys(floors, 1e5)
+    )
+    with pytest.raises(ValueError, match=r"has 264 massless displacements.* at most 256 .*'roller'"):
+        wd.HingedFrame(frame, {("C1 0", "start"): HINGE}, p_delta=False)
+
+
+def irregular() -> wd.Frame:
+    """Return a frame with unequal bays, a brace, offsets, a release, springs, a column in two parts and loads."""
+    column, beam = {"section": "column"}, {"section": "beam", "spring_start": 4e8, "spring_end": 6e8}
+    nodes = {
+        "A0": (0, 0),
+        "B0": (5, 0),
+        "C0": (11, 0),
+        "A1": (0, 4),
+        "B1": (5, 4),
+        "C1": (11, 4),
+        "A2": (0, 7),
+        "B2": (5, 7),
+        "mid": (5, 2.5),
+        "L0": (14, 0),
+    }
+    nodes |= {"L1": {"x": 14, "y": 4, "gravity_load": 2e6}, "L2": {"x": 14, "y": 7, "gravity_load": 1e6}}
+    nodes["B2"] = {"x": 5, "y": 7, "gravity_load": 3e5}
+    members = {
+        "CA1": {"start": "A0", "end": "A1", "spring_start": 5e8, "spring_end": 5e8, "offset_end_y": -0.3, **column},
+        "CB1": {"start": "B0", "end": "mid", "spring_start": 3e8, **column},
+        "CB1 upper": {"start": "mid", "end": "B1", **column},
+        "CC1": {"start": "C0", "end": "C1", "spring_start": 5e8, "release": "end", **column},
+        "CA2": {"start": "A1", "end": "A2", "spring_end": 5e8, **column},
+        "CB2": {"start": "B1", "end": "B2", **column},
+        "BA1": {"start": "A1", "end": "B1", "offset_start_x": 0.25, "gravity_load": 20e3, **beam},
+        "BB1": {"start": "B1", "end": "C1", **beam},
+        "BA2": {"start": "A2", "end": "B2", "gravity_load": 15e3, **beam},
+        "brace": {"start": "B1", "end": "A2", "section": "brace", "kind": "truss"},
+        "L1": {"start": "L0", "end": "L1", "section": "column", "kind": "truss"},
+        "L2": {"start": "L1", "end": "L2", "section": "column", "kind": "truss"},
+    }
+    sections = {
+        "column": {"elastic_modulus": 2e11, "area": 0.015, "second_moment": 2.5e-4},
+        "beam": {
+            "elastic_modulus": 2e11,
+            "area": 0.01,
+            "second_moment": 3e-4,
+            "shear_modulus": 8e10,
+            "shear_area": 5e-3,
+        },
+        "brace": {"elastic_modulus": 2e11, "area": 2e-3},
+    }
+    return wd.Frame(
+        nodes,
+        members,
+        sections,
+        supports={"A0": "fixed", "B0": {"ux": True, "uy": True, "rz": 4e7}, "C0": "pinned", "L0": "pinned"},
+        diaphragms={"roof": ["A2", "B2", "L2"], "floor": ["A1", "B1", "C1", "L1"]},
+        masses={"floor": 6e4, "roof": 4e4},
+    )
+
+
+def test_strong_hinges_equal_the_elastic_frame():
+    """One hinge of each kind of end; the other end springs of the frame are linear. P-Delta acts on inclined braces."""
+    frame = irregular()
+    ends = [("CA1", "start"), ("CA1", "end"), ("CB1", "start"), ("CC1", "start"), ("BA1", "start"), ("BA1", "end")]
+    hinges = dict.fromkeys([*ends, ("BB1", "end"), ("BA2", "start")], STRONG)
+    hinges["BA2", "end"] = {"law": "elastic"}
+    damping = {"damping": "rayleigh", "damping_ratio": 0.03}
+    motions = wd.Cloud([motion("pulse_1", 2.0)])
+    settings = {"device": "cpu", "method": "leapfrog", "step": 0.005, "dtype": "float64"}
+    found, due = (
+        wd.simulate(wd.Scene(each, motions, recorders=("spring", "output")), **settings)
+        for each in (
+            wd.HingedFrame(frame, hinges, **damping),
+            frame.lumped(p_delta=True, outputs=("drift",), **damping),
+        )
+    )
+    assert found["status"].values.tolist() == [0]
+    for name, of in (("peak_spring_deformation", "spring"), ("peak_output", "output")):
+        both = [each[name].isel({of: slice(2)}).values for each in (found, due)]
+        np.testing.assert_allclose(*both, rtol=1e-8)  # moments balance within 1e-9 of the largest one
+
+
+def test_scatter_of_initial_stiffness_is_refused():
+    with pytest.raises(ValueError, match="initial stiffnesses of hinges belong to the frame"):
+        wd.Scene(
+            reference_model("portal"),
+            wd.Cloud([motion("pulse_1", 1)]),
+            {"stiffness": wd.RandomFactor(wd.Lognormal(1.0, 0.1), per="spring")},
+        )
+
+
+def test_scene_from_json():
+    used = motion("pulse_1", 1)
+    hinges = {("B1_1", "start"): HINGE, ("C1_1", "end"): HINGE}
+    structure = wd.HingedFrame(portal(), hinges, damping="rayleigh", damping_ratio=0.03, drift_capacity=0.1)
+    scene = wd.Scene(structure, wd.Cloud([used]), recorders=("spring",))
+    again = wd.Scene.from_json(scene.to_json(), motions=[used])
+    assert again.to_json() == scene.to_json()
+    assert isinstance(again.structure, wd.HingedFrame)
+    assert again.structure.hinge_names == ("B1_1 start", "C1_1 end")
+
+
+@pytest.mark.thorough
+def test_random_frames_agree_with_a_quarter_of_the_step():
+    """No history may converge to a false root: four storeys with deterioration up to collapse, random hinges."""
+    motions = wd.Cloud([motion("LOS270", level) for level in (1.6, 2.4)])
+    scatter = {
+        "yield_force": wd.RandomFactor(wd.Lognormal(1.0, 0.2), per="spring"),
+        "post_capping_drift": wd.RandomFactor(wd.Lognormal(0.8, 0.3), per="spring"),
+    }
+    structure = reference_model("four_storey", drift_capacity=0.1)
+    scene = wd.Scene(structure, motions, scatter, recorders=("spring",))
+    settings = {"structures": 64, "seed": 3, "device": "cpu", "method": "leapfrog"}
+    coarse, fine = (wd.simulate(scene, step=step, **settings) for step in (0.005, 0.00125))
+    assert (coarse["status"].values <= 1).all()
+    same = (coarse["status"].values == 0) & (fine["status"].values == 0)
+    drifts = [each["peak_spring_deformation"].values[same, :4].max(axis=1) for each in (coarse, fine)]
+    assert np.quantile(np.abs(drifts[0] / drifts[1] - 1), 0.95) < 0.02

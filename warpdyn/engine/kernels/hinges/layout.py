@@ -1,0 +1,130 @@
+"""The layout of a frame with several bays: which members have hinges, and what its massless displacements act on."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+VALUES_OF_MEMBER = 3  # bending stiffness: start, between start and end, end [N m/rad]
+
+
+@dataclass(frozen=True)
+class JointFrame:
+    """Indices of a frame whose massless displacements a kernel finds in each stage.
+
+    Rows of displacements are the massless ones of nodes (rotations, and vertical displacements over a length), then the
+    rotations of hinges, a row for ends without hinges, and last a row for supports; both are always 0. The unknown matrix is stored by
+    rows, each from its first entry that is not 0 to the diagonal. Values of entries are arguments of the kernel.
+
+    Args:
+        storeys: Number of storeys.
+        free: Number of massless displacements.
+        first_columns: First column of each row of the matrix, shape [free].
+        joints: Rows of the rotations of the nodes at the start and end of each member with hinges.
+        ends: Rows of the hinges at the start and end of these members; `unused` without a hinge.
+        springs: Springs of these hinges; -1 without a hinge.
+        chords: Of each member, the rows of displacements that turn its chord.
+        chord_storeys: Of each member, the storeys whose drift turns its chord.
+        between_rows: (row, column) of linear stiffness between massless displacements, row >= column.
+        with_storeys: (row, storey) of linear stiffness between massless displacements and drifts.
+        between_storeys: (storey, storey) of linear stiffness between drifts, the first >= the second.
+        loads: Rows on which gravity loads act.
+        has_member_loads: Whether gravity loads act along members with hinges.
+        linear: Springs that are linear.
+        springs_of_joints: Of each massless displacement the spring that a message names.
+    """
+
+    storeys: int
+    free: int
+    first_columns: tuple[int, ...]
+    joints: tuple[int, ...]
+    ends: tuple[int, ...]
+    springs: tuple[int, ...]
+    chords: tuple[tuple[int, ...], ...]
+    chord_storeys: tuple[tuple[int, ...], ...]
+    between_rows: tuple[tuple[int, int], ...] = ()
+    with_storeys: tuple[tuple[int, int], ...] = ()
+    between_storeys: tuple[tuple[int, int], ...] = ()
+    loads: tuple[int, ...] = ()
+    has_member_loads: bool = False
+    linear: tuple[int, ...] = ()
+    springs_of_joints: tuple[int, ...] = ()
+
+    @property
+    def members(self) -> int:
+        """Number of members with hinges."""
+        return len(self.chords)
+
+    @property
+    def hinges(self) -> int:
+        """Number of hinges, the linear ones included."""
+        return sum(spring >= 0 for spring in self.springs)
+
+    @property
+    def rows(self) -> int:
+        """Number of rows, with the two rows of zeros."""
+        return self.free + self.hinges + 2
+
+    @property
+    def unused(self) -> int:
+        """Row for member ends without a hinge."""
+        return self.rows - 2
+
+    @property
+    def bases(self) -> list[int]:
+        """Place of column 0 of each row of the matrix, so that `bases[row] + column` is the place of an entry."""
+        found, place = [], 0
+        for row, first in enumerate(self.first_columns):
+            found.append(place - first)
+            place += row - first + 1
+        return found
+
+    @property
+    def entries(self) -> int:
+        """Number of stored entries of the matrix."""
+        return sum(row - first + 1 for row, first in enumerate(self.first_columns))
+
+    @property
+    def lengths(self) -> dict[str, int]:
+        """Numbers of values by name, in the order of the kernel's arguments; the hinges' stiffnesses are the last."""
+        has_loads = bool(self.loads) or self.has_member_loads
+        return {
+            "member": VALUES_OF_MEMBER * self.members,
+            "member_load": 2 * self.members * self.has_member_loads,
+            "chord": sum(map(len, self.chords)),
+            "chord_storey": sum(map(len, self.chord_storeys)),
+            "between_rows": len(self.between_rows),
+            "with_storeys": len(self.with_storeys),
+            "between_storeys": len(self.between_storeys),
+            "load": len(self.loads),
+            "drift": self.storeys * has_loads,
+            "shear": self.storeys * has_loads,
+            "moment": int(has_loads),
+            "stiffness": self.hinges,
+        }
+
+    @property
+    def values(self) -> int:
+        """Number of values per structure."""
+        return sum(self.lengths.values())
+
+    def first(self, name: str) -> int:
+        """Return the place of the first value of a kind among all values."""
+        found = 0
+        for other, length in self.lengths.items():
+            if other == name:
+                return found
+            found += length
+        raise KeyError(name)
+
+    @property
+    def springs_of_rows(self) -> list[int]:
+        """Of each row the spring that a message names if its moment does not balance."""
+        found = [*self.springs_of_joints, *[0] * (self.hinges + 1)]
+        for end, spring in zip(self.ends, self.springs, strict=True):
+            if spring >= 0:
+                found[end] = spring
+        return found
+
+    def rows_of(self, spring: int) -> tuple[int, int]:
+        """Return the two rows whose difference is the rotation of a hinge."""
+        return self.ends[self.springs.index(spring)], self.rows - 1

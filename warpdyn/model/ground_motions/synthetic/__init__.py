@@ -1,0 +1,1 @@
+"""Synthetic ground motions: stochastic motions from an earthquake scenario, and velocity pulses."""

@@ -1,0 +1,118 @@
+"""Checks of frames with hinges and several bays, and of the table of their hinges."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from warpdyn.foundations.core.checks import shortened
+from warpdyn.foundations.core.messages import warn_caller
+from warpdyn.foundations.core.near_misses import did_you_mean
+from warpdyn.model.structures.frames.column_line import ENDS
+from warpdyn.model.structures.frames.reduction import gravity_on_supports
+
+if TYPE_CHECKING:
+    from warpdyn.model.structures.frames.frame import Frame
+    from warpdyn.model.structures.lumped.biaxial_spring import Component
+    from warpdyn.model.structures.lumped.spring import Spring
+
+WHO = "HingedFrame"
+EXAMPLE = "{('C1', 'start'): {'law': 'bilinear', 'yield_force': 5e5, 'hardening_ratio': 0.02}}"
+
+
+def check_frame(frame: Frame) -> None:
+    """Raise an error if the kernel of frames with hinges cannot model the frame."""
+    if frame.geometric_kind != "string":
+        raise ValueError(f"{WHO}: give the frame geometric_stiffness='string': P-Delta acts on the chords of members")
+    if not frame.diaphragms:
+        raise ValueError(
+            f"{WHO}: the frame has no rigid floors, whose displacements are integrated: give the frame diaphragms= "
+            "with the nodes of each floor"
+        )
+    numbering = frame.numbering
+    mass = frame.mass().diagonal()
+    for place in numbering.free:
+        name = numbering.names[place]
+        if mass[place] > 0 and name not in frame.diaphragms:
+            raise ValueError(
+                f"{WHO}: {name!r} has the mass {mass[place]:g}, but only floors can move with a mass: rotations and "
+                "vertical displacements are solved without inertia forces. Give masses={floor: kg} of diaphragms "
+                "instead of masses of nodes, and no mass_per_length"
+            )
+        if mass[place] == 0 and name in frame.diaphragms:
+            raise ValueError(f"{WHO}: floor {name!r} has no mass: give masses={{{name!r}: kg}}")
+    drifts = [upper for upper, _, _ in frame.storey_drifts.values()]
+    for name in frame.diaphragms:
+        if numbering.names.index(name) in numbering.free and name not in drifts:
+            raise ValueError(
+                f"{WHO}: floor {name!r} is at the height of another floor or of the ground: give each storey one "
+                "diaphragm"
+            )
+
+
+def check_gravity(frame: Frame) -> None:
+    """Raise an error if a gravity load with P-Delta acts on a node that is supported vertically."""
+    held = gravity_on_supports(frame)
+    if held:
+        raise ValueError(
+            f"{WHO}: p_delta=True, but the gravity_load of node {held[0]!r} has no P-Delta effect, because the node is "
+            "supported vertically: put the load on a leaning column, a line of members with kind='truss' from a "
+            "pinned support to each floor"
+        )
+
+
+def checked_hinges(frame: Frame, given: object) -> dict[tuple[str, str], dict[str, Any]]:
+    """Return {(member, end): parameters with the law}, or raise an error that names a wrong hinge."""
+    if not isinstance(given, Mapping):
+        raise TypeError(f"hinges must be a dictionary, such as {EXAMPLE}, got {shortened(given)}")
+    if not given:
+        raise ValueError(
+            f"hinges is empty: give at least one hinge, such as {EXAMPLE}, or use Frame.lumped for a frame without "
+            "hinges"
+        )
+    names = list(frame.members)
+    found = {}
+    for place, row in given.items():
+        if not isinstance(place, tuple) or len(place) != 2:
+            raise ValueError(
+                f"hinges: {place!r} is not a pair such as ('C1', 'start'): give (member, 'start' or 'end')"
+            )
+        member, end = place
+        if member not in names:
+            raise ValueError(f"hinges: {member!r} of {place!r} is not a member{did_you_mean(str(member), names)}")
+        if end not in ENDS:
+            raise ValueError(f"hinges: {end!r} of {place!r} is not an end: give 'start' or 'end'")
+        if frame.members[member]["kind"] == "truss":
+            raise ValueError(f"hinges: member {member!r} has kind='truss' and no moments: remove its hinge {place!r}")
+        stiffness = frame.geometry.end_springs[names.index(member), ENDS.index(end)]
+        if stiffness == 0:
+            raise ValueError(
+                f"hinges: the end {place!r} is released and has no moment: remove its hinge, or the release"
+            )
+        if np.isinf(stiffness):
+            raise ValueError(
+                f"hinges: the end {place!r} has no spring: give member {member!r} spring_{end}= the initial "
+                "stiffness of the hinge [N m/rad]"
+            )
+        if not isinstance(row, Mapping) or "law" not in row:
+            raise ValueError(f"hinges: {place!r} needs a dictionary with 'law', got {shortened(row)}")
+        if "stiffness" in row:
+            raise ValueError(f"hinges: remove stiffness of {place!r}: it is spring_{end} of member {member!r}")
+        found[place] = {str(name): value for name, value in row.items()}
+    return found
+
+
+def warn_of_gravity_moments(hinges: Sequence[Spring | Component], moments: np.ndarray) -> None:
+    """Warn if gravity alone makes hinges yield; `moments` [N m]: absolute values, shape [hinge]."""
+    strength = np.array([each.parameters.get("yield_force", np.inf) for each in hinges])
+    over = np.flatnonzero(moments > strength)
+    if over.size:
+        worst = int(over[np.argmax(moments[over] / strength[over])])
+        others = f" (and {over.size - 1} other hinges)" if over.size > 1 else ""
+        warn_caller(
+            f"{WHO}: gravity alone exceeds the yield moment of hinge {hinges[worst].name!r}{others}: moment "
+            f"{moments[worst]:.4g} N m, yield_force {strength[worst]:.4g} N m. Check the units of gravity_load [N] "
+            "and yield_force [N m]; with correct values the frame has yielded before the motion"
+        )

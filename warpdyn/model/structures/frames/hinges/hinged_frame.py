@@ -1,0 +1,204 @@
+"""A frame with several bays and nonlinear hinges, as a structure of scenes."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from warpdyn.engine.kernels.hinges.layout import JointFrame
+from warpdyn.engine.laws.elastic.parameters import Elastic
+from warpdyn.foundations.core.checks import check_kind
+from warpdyn.foundations.core.near_misses import with_suggestions
+from warpdyn.model.structures.frames.column_line import ENDS
+from warpdyn.model.structures.frames.frame import Frame
+from warpdyn.model.structures.frames.hinges.checks import (
+    check_frame,
+    check_gravity,
+    checked_hinges,
+    warn_of_gravity_moments,
+)
+from warpdyn.model.structures.frames.hinges.hinged_structure import Hinge, HingedStructure
+from warpdyn.model.structures.frames.hinges.joints import Joints, joints_of
+from warpdyn.model.structures.frames.hinges.packing import layout_of, packed
+from warpdyn.model.structures.frames.hinges.values import FrameValues, HingedMembers, geometric_stiffness, values_of
+from warpdyn.model.structures.frames.members.elements import Sections
+from warpdyn.model.structures.frames.reduced_frame import MOST_VALUES
+from warpdyn.model.structures.lumped.spring import Spring
+
+
+@with_suggestions
+class HingedFrame(HingedStructure):
+    """A plane frame with several bays whose members have nonlinear hinges at their ends.
+
+    The floors' displacements are integrated. Rotations of joints, vertical displacements and rotations of hinges have
+    no mass and are solved in each stage of the method. A hinge is a rotational spring of any of the laws elastic,
+    bilinear, elastic-perfectly-plastic or Ibarra-Medina-Krawinkler (bilinear), in series with the elastic member; its
+    initial stiffness is that of the member's `spring_start` or `spring_end`. Axial forces do not change the moments of
+    hinges. Braces and other members without hinges are elastic. Gravity loads of the tables act from the start, in
+    equilibrium; drifts are relative to this state. Damping acts on the velocities of floors: Rayleigh damping is
+    proportional to mass and initial stiffness of the elastic frame.
+
+    Springs of the structure are the storeys ("storey 1": drift [m] and storey shear [N], of all columns and braces,
+    without P-Delta) and then the hinges ("C1 start": rotation [rad] and moment [N m]); parameters of the hinges' laws
+    can be random with `per="spring"`, with `only=` names of hinges.
+
+    Args:
+        frame: Frame whose masses are on rigid floors. Its geometric stiffness is "string".
+        hinges: Laws of hinges by member and end, {(member, "start" or "end"): {"law": law, parameter: value}}. Member
+            ends without a hinge are elastic: rigid, released, or with the linear spring of the frame.
+        p_delta: Whether gravity loads soften the frame.
+        outputs: ("drift",): storey drift ratios "drift 1" and so on [1]; or ().
+        drift_capacity: Storey drift ratio at which samples collapse [1]; None: no collapse.
+        damping: Inherent damping, as for a LumpedStructure.
+        damping_ratio: Viscous damping ratio [1].
+        damping_modes: The two modes of Rayleigh damping, counted from 1; None: 1 and 2.
+        damping_matrix: Damping of the floors in addition to `damping` [N s/m], shape [floor, floor].
+
+    Raises:
+        ValueError: If a mass is not on a rigid floor, a hinge is at an end without a spring, a name or a law is
+            unknown, gravity exceeds the buckling load, or the frame has too many massless displacements.
+        TypeError: If `frame` is not a Frame, or `hinges` is not a dictionary.
+
+    Example:
+        The portal of the example of the package with gravity loads, and hinges at the ends of its beam.
+
+        >>> told = portal.description()
+        >>> told["nodes"]["B"]["gravity_load"] = told["nodes"]["C"]["gravity_load"] = 2e5  # N
+        >>> told["members"]["beam"] |= {"spring_start": 1e9, "spring_end": 1e9}  # N m/rad
+        >>> hinge = {"law": "bilinear", "yield_force": 3e5, "hardening_ratio": 0.02}  # N m
+        >>> hinges = {("beam", "start"): hinge, ("beam", "end"): hinge}
+        >>> structure = wd.HingedFrame(wd.Frame(**told), hinges, damping="modal", damping_ratio=0.02)
+        >>> structure.hinge_names
+        ('beam start', 'beam end')
+        >>> scene = wd.Scene(structure, wd.Cloud(motions), recorders=("spring",))
+        >>> wd.simulate(scene, device="cpu")["peak_spring_deformation"].sel(spring="beam start").dims
+        ('sample',)
+    """
+
+    most_springs = 512  # storeys and hinges
+
+    def __init__(
+        self,
+        frame: Frame,
+        hinges: Mapping[tuple[str, str], Mapping[str, Any]],
+        *,
+        p_delta: bool = True,
+        outputs: Sequence[str] = ("drift",),
+        drift_capacity: float | None = None,
+        damping: str = "none",
+        damping_ratio: float | None = None,
+        damping_modes: tuple[int, int] | None = None,
+        damping_matrix: ArrayLike | None = None,
+    ) -> None:
+        check_kind("HingedFrame", "a Frame", frame, Frame, argument="frame")
+        check_frame(frame)
+        checked = checked_hinges(frame, hinges)
+        if p_delta is True:
+            check_gravity(frame)
+        super().__init__(
+            frame,
+            checked,
+            p_delta=p_delta,
+            outputs=outputs,
+            drift_capacity=drift_capacity,
+            damping=damping,
+            damping_ratio=damping_ratio,
+            damping_modes=damping_modes,
+            damping_matrix=damping_matrix,
+        )
+        moments = np.abs(self._values_of(Sections(*(each[None] for each in self._nominal_sections))).moments[0])
+        rows = {member: row for row, member in enumerate(self.hinged_members.members)}
+        of_hinges = np.array([moments[rows[member], end] for member, end in self._places])
+        warn_of_gravity_moments(list(self.springs[len(frame.storey_drifts) :]), of_hinges)
+
+    @property
+    def _places(self) -> list[tuple[int, int]]:
+        """Member and end of each hinge, as indices."""
+        members = {name: place for place, name in enumerate(self.frame.members)}
+        return [(members[member], ENDS.index(end)) for member, end in self.hinges]
+
+    def _gauges(self, names: Sequence[str]) -> tuple[list[Spring], list[float]]:
+        """Return the storeys followed by the hinges, and the storey heights [m]."""
+        found, heights = super()._gauges(names)
+        for name, (member, end), row in zip(self.hinge_names, self._places, self.hinges.values(), strict=True):
+            stiffness = float(self.frame.geometry.end_springs[member, end])
+            parameters = {key: value for key, value in row.items() if key != "law"}
+            found.append(Hinge(name, names[0], stiffness, row["law"], **parameters))
+        return found, heights
+
+    @cached_property
+    def hinged_members(self) -> HingedMembers:
+        """The members with hinges."""
+        places = self._places
+        members = sorted({member for member, _ in places})
+        is_hinge = np.array([[(member, end) in places for end in range(len(ENDS))] for member in members])
+        return HingedMembers(members, is_hinge, np.where(is_hinge, self.frame.geometry.end_springs[members], np.inf))
+
+    @cached_property
+    def joints(self) -> Joints:
+        """The massless displacements."""
+        return joints_of(self.frame, self.kept, self.hinged_members.members)
+
+    @cached_property
+    def column_line(self) -> JointFrame:
+        """The layout of the frame for its kernel."""
+        random, storeys = np.random.default_rng(0), len(self.frame.storey_drifts)
+        unequal = (each[None] * random.uniform(0.8, 1.2, each.shape) for each in self._nominal_sections)
+        return layout_of(
+            self.joints,
+            self.hinged_members,
+            self._values_of(Sections(*unequal)),
+            {place: storeys + hinge for hinge, place in enumerate(self._places)},
+            storeys,
+            [place for place, spring in enumerate(self.springs) if place >= storeys and spring.law is Elastic],
+        )
+
+    def _values_of(self, sections: Sections) -> FrameValues:
+        return values_of(
+            self.frame, self.joints, self.hinged_members, sections, has_p_delta=self.p_delta, floors=self.kept
+        )
+
+    def values_of_line(self, values: Mapping[str, np.ndarray]) -> np.ndarray:
+        """Return the values of the layout, shape [value, structure]; the last are the stiffnesses of the hinges."""
+        count = len(values["mass"])
+        given = [np.atleast_2d(values.get(name, nominal)) for name, nominal in self._sections_by_name.items()]
+        given = [each[:1] if (each == each[:1]).all() else each for each in given]
+        most = max(map(len, given))
+        sections = [np.broadcast_to(each, (most, each.shape[1])) for each in given]
+        step = max(1, MOST_VALUES // self.frame.numbering.free.size**2)
+        to_floors = self.joints.to_free[self.kept][:, self.joints.places.size :]
+        softening = -(to_floors.T @ self._softening_of_floors @ to_floors)
+        parts = [
+            packed(
+                self.column_line,
+                self.joints,
+                self._values_of(Sections(*(each[first : first + step] for each in sections))),
+                softening,
+            )
+            for first in range(0, most, step)
+        ]
+        found = np.concatenate(parts, axis=1)
+        of_hinges = np.broadcast_to(values["stiffness"], (count, len(self.springs)))[:, len(self.frame.storey_drifts) :]
+        return np.concatenate([np.broadcast_to(found, (len(found), count)), of_hinges.T])
+
+    @cached_property
+    def _softening_of_floors(self) -> np.ndarray:
+        """Geometric stiffness between floors, tension positive [N/m], shape [floor, floor]."""
+        kept = self.kept
+        return geometric_stiffness(self.frame)[np.ix_(kept, kept)] if self.p_delta else np.zeros((kept.size,) * 2)
+
+    def linear_matrices(self, values: Mapping[str, np.ndarray]) -> np.ndarray:
+        """Return the difference of the condensed geometric stiffness and that between floors, which the kernel needs.
+
+        The kernel finds all forces of members from rotations and vertical displacements. It subtracts the geometric
+        stiffness from this matrix and thus gets that between floors, without condensation.
+        """
+        if not self.p_delta:
+            return super().linear_matrices(values)
+        found = self.geometric_matrices(values) + self._softening_of_floors
+        size = np.abs(self._softening_of_floors).max()
+        return np.where(np.abs(found) > 1e-12 * size, found, 0.0)

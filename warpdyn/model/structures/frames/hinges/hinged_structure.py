@@ -1,0 +1,140 @@
+"""What frames with hinges have in common: their hinges, damping of floors only, and their description."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from warpdyn.engine.laws.bilinear.parameters import Bilinear, ElasticPerfectlyPlastic
+from warpdyn.engine.laws.elastic.parameters import Elastic
+from warpdyn.engine.laws.ibarra_medina_krawinkler.parameters import IbarraMedinaKrawinklerBilinear
+from warpdyn.foundations.core.near_misses import did_you_mean
+from warpdyn.model.structures.frames.frame import Frame
+from warpdyn.model.structures.frames.reduced_frame import ReducedFrame
+from warpdyn.model.structures.lumped.spring import Spring
+
+LAWS_OF_HINGES = (Elastic, Bilinear, ElasticPerfectlyPlastic, IbarraMedinaKrawinklerBilinear)
+
+
+class Hinge(Spring):
+    """A rotational spring between the end of a member and its joint; its deformation is their relative rotation [rad].
+
+    Args:
+        name: Name, such as "C1 start".
+        dof: Degree of freedom of a floor.
+        stiffness: Initial stiffness [N m/rad].
+        law: Law, as for a Spring; forces are moments [N m], drifts rotations [rad].
+        **parameters: Parameters of the law.
+    """
+
+    def __init__(self, name: str, dof: str, stiffness: float, law: Any, **parameters: float) -> None:
+        if isinstance(law, str) and law not in (each.name for each in LAWS_OF_HINGES):
+            raise ValueError(_unknown_law(name, law))
+        super().__init__(name, {dof: 1.0}, law=law, stiffness=stiffness, rotational=True, **parameters)
+        self.direction = {dof: 0.0}  # its moment acts on massless rotations
+        if self.law not in LAWS_OF_HINGES:
+            raise ValueError(_unknown_law(name, self.law.name))
+
+
+def _unknown_law(hinge: str, law: str) -> str:
+    known = sorted(each.name for each in LAWS_OF_HINGES)
+    return (
+        f"hinge {hinge!r}: {law!r} is not a law of hinges{did_you_mean(law, known)}; choose one of {', '.join(known)}"
+    )
+
+
+class HingedStructure(ReducedFrame):
+    """A frame whose floors are integrated and whose massless rotations are solved in each stage.
+
+    Args:
+        frame: The frame.
+        hinges: Checked laws of hinges by member and end, {(member, "start" or "end"): parameters with the law}.
+        p_delta: Whether gravity loads soften the frame.
+        outputs: ("drift",) or ().
+        drift_capacity: Storey drift ratio at which samples collapse [1]; None: no collapse.
+        damping: Inherent damping, as for a LumpedStructure.
+        damping_ratio: Viscous damping ratio [1].
+        damping_modes: The two modes of Rayleigh damping, counted from 1; None: 1 and 2.
+        damping_matrix: Damping of the floors in addition to `damping` [N s/m], shape [floor, floor].
+    """
+
+    def __init__(
+        self,
+        frame: Frame,
+        hinges: Mapping[tuple[str, str], Mapping[str, Any]],
+        *,
+        p_delta: bool,
+        outputs: Sequence[str],
+        drift_capacity: float | None,
+        damping: str,
+        damping_ratio: float | None,
+        damping_modes: tuple[int, int] | None,
+        damping_matrix: ArrayLike | None,
+    ) -> None:
+        who = type(self).__name__
+        if not isinstance(outputs, tuple | list) or tuple(outputs) not in ((), ("drift",)):
+            raise ValueError(
+                f"outputs of a {who} are ('drift',) or (), got {outputs!r}: recorder 'spring' has storey "
+                "shears and moments of hinges"
+            )
+        self.hinges = hinges
+        super().__init__(
+            frame,
+            dofs=None,
+            reduction="static",
+            modes=0,
+            p_delta=p_delta,
+            vertical=False,
+            outputs=outputs,
+            members=None,
+            drift_capacity=drift_capacity,
+            damping=damping,
+            damping_ratio=damping_ratio,
+            damping_modes=damping_modes,
+            damping_matrix=damping_matrix,
+        )
+
+    @property
+    def hinge_names(self) -> tuple[str, ...]:
+        """Names of the hinges with laws, such as "C1 start"."""
+        return tuple(f"{member} {end}" for member, end in self.hinges)
+
+    @property
+    def lacking(self) -> tuple[str, ...]:
+        """Recorders that the structure cannot have: energies, because hinges have no rates."""
+        return (*super().lacking, "energy")
+
+    def linear_matrices(self, values: Mapping[str, np.ndarray]) -> np.ndarray:
+        """Return 0: the kernel finds the forces of members from the rotations."""
+        return np.zeros((1, self.dofs, self.dofs))
+
+    def dashpots(self, values: Mapping[str, np.ndarray], rayleigh: np.ndarray) -> np.ndarray:
+        """Return 0: damping acts on the velocities of floors."""
+        return np.zeros((len(values["mass"]), len(self.springs)))
+
+    def scatter_problem(self, name: str, *, is_common_factor: bool) -> str | None:
+        """Return why a parameter cannot be random."""
+        if name == "stiffness":
+            return "initial stiffnesses of hinges belong to the frame: scatter second_moment or yield_force instead"
+        return super().scatter_problem(name, is_common_factor=is_common_factor)
+
+    def description(self) -> dict[str, Any]:
+        """Return the structure as a dictionary, for its JSON."""
+        found = super().description()
+        for name in ("dofs", "reduction", "modes", "vertical", "members"):
+            del found[name]
+        by_name = {spring.name: spring for spring in self.springs}
+        rows = []
+        for (member, end), name in zip(self.hinges, self.hinge_names, strict=True):
+            spring = by_name[name]
+            rows.append({"member": member, "end": end, "law": spring.law.name, **spring.parameters})
+        return found | {"type": type(self).__name__, "hinges": rows}
+
+    def __repr__(self) -> str:
+        return (
+            f"{type(self).__name__}({self.dofs} storeys, {len(self.hinges)} hinges, T = "
+            f"{self.fundamental_period:.4g} s, damping={self.damping!r})"
+        )
