@@ -66,6 +66,7 @@ def test_every_command_is_known_here() -> None:
         "growth",
         "hazard_consistent",
         "portfolio",
+        "rare_collapse",
         "metropolis",
         "isolation",
         "control",

@@ -60,8 +60,8 @@ def importance_sampling(
         limit_state: The limit-state function, negative if a sample fails, see `subset_simulation`; or a
             SceneLimitState.
         variables: Number of standard normal variables; None: that of the SceneLimitState.
-        centres: Points near the most probable failures (design points), shape [centre, variable] or [variable]; None:
-            chosen as described above.
+        centres: Standard normal values of points near the most probable failures (design points) [1], shape [centre,
+            variable] or [variable]; None: chosen as described above.
         samples: Number of samples, at least 100.
         confidence: Probability that the interval covers the true value [1].
         seed: Seed of the samples.
@@ -100,7 +100,7 @@ def importance_sampling(
     if not fails.any():
         raise ValueError(
             f"{function}: none of {count} samples failed, with {words}: give centres= near failures, more samples=, or "
-            "use subset_simulation, which finds failures by itself"
+            "use subset_simulation, which needs no centres"
         )
     contribution = np.where(fails, mixture.weights(normals), 0.0)
     probability = float(contribution.mean())

@@ -44,6 +44,7 @@ _DAMPER = with_units("damper_coefficient", {"kN (s/m)^exponent": 1e3, "MN (s/m)^
 _MOTIONS = with_units("motions", ACCELERATION, -1)
 _RATIO = given_in(PERCENT) | {"if given as a drift in mm of a storey of 3 m": 1 / 3000}
 _SPREAD: Mistakes = {"with its dispersion or deviation given in percent": None}
+_DEVIATIONS: Mistakes = {"they may be deviations from 1: give 1 + deviation": lambda factor: factor < 1}
 _DURATION: Mistakes = given_in(TIME) | {"it may be a number of steps": None}
 _AS_FREQUENCY: Mistakes = given_in(TIME) | {"it may be a frequency in Hz": lambda value: value >= 10}
 _IN_MANY_YEARS: Mistakes = {
@@ -88,11 +89,7 @@ CHECKS: Mapping[str, Check] = {
         | {"it may be a deviation from 1: give 1 + deviation": lambda factor: factor < 1}
         | {"it may be a value rather than a factor: GivenValues takes it": lambda factor: factor > 1},
     ),
-    "median_given_factor": Check(
-        *("median of the given factors", "1", 0.6, 3.0),
-        {"they may be deviations from 1: give 1 + deviation": lambda factor: factor < 1}
-        | {"they may be deviations or dispersions, of which RandomFactor(Lognormal(1.0, dispersion)) takes one": None},
-    ),
+    "median_given_factor": Check("median of the given factors", "1", 0.6, 3.0, _DEVIATIONS),
     "random_value": Check(
         *("random value over the nominal one", "1", 1e-2, 1e2),
         {
