@@ -16,6 +16,7 @@ from warpdyn.foundations.core.checks import check_kind
 from warpdyn.foundations.core.near_misses import did_you_mean, with_suggestions
 from warpdyn.model.structures.frames.column_line import ENDS, base_turn, check_gravity, checked_hinges, checked_line
 from warpdyn.model.structures.frames.frame import Frame
+from warpdyn.model.structures.frames.line_statics import line_statics
 from warpdyn.model.structures.frames.members.elements import Sections, shear_ratio
 from warpdyn.model.structures.frames.reduced_frame import ReducedFrame
 from warpdyn.model.structures.lumped.spring import Spring
@@ -200,6 +201,18 @@ class HingedFishbone(ReducedFrame):
         rows.append(np.full(count, 0.0 if turn is True else float(turn)))
         of_hinges = np.broadcast_to(values["stiffness"], (count, len(self.springs)))[:, len(self.line) :]
         return np.concatenate([np.stack(rows), of_hinges.T])
+
+    def static_system(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return the equations of static equilibrium of floors, joints and ends of members; see LumpedMatrices."""
+        deformations, stiffness, _ = line_statics(self)
+        one = {name: values[None] for name, values in self.parameters.items()}
+        stiffness[: self.dofs, : self.dofs] -= (np.zeros((1, self.dofs, self.dofs)) + self.geometric_matrices(one))[0]
+        return deformations, stiffness
+
+    def forces_of_gauges(self, coordinates: np.ndarray) -> np.ndarray:
+        """Return the storey shears of the columns [N], shape [step, storey]; see LumpedMatrices."""
+        found: np.ndarray = coordinates @ line_statics(self).shears.T
+        return found
 
     def linear_matrices(self, values: Mapping[str, np.ndarray]) -> np.ndarray:
         """Return 0: the kernel finds the forces of members from the rotations."""
