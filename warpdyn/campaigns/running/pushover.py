@@ -36,7 +36,7 @@ BASE_SHEAR = {"units": "N", "long_name": "sum of the lateral loads"}
 DISSIPATED = {"units": "J", "long_name": "work done less what is stored"}
 
 
-def _spring_and_coefficients(building: ShearBuilding | LumpedStructure) -> tuple[StoreyRules, np.ndarray]:
+def spring_and_coefficients(building: ShearBuilding | LumpedStructure) -> tuple[StoreyRules, np.ndarray]:
     """Return the device functions of the storeys or springs, and their coefficients, shape [coefficient, storey]."""
     values = of_springs_only(building.parameters) if isinstance(building, LumpedStructure) else building.parameters
     parameters = {name: np.atleast_1d(value)[None] for name, value in values.items()}
@@ -85,7 +85,7 @@ def storey_hysteresis(building: ShearBuilding, drift: ArrayLike) -> xr.Dataset:
     if path.ndim != 2 or path.shape[1] != building.storeys or not path.size:
         raise ValueError(f"drift must have shape [step] or [step, {building.storeys}], got {np.shape(drift)}")
     _warn_of_implausible_path(path / building.parameters["height"])
-    spring, coefficients = _spring_and_coefficients(building)
+    spring, coefficients = spring_and_coefficients(building)
     initialise()  # before Warp starts with the first array
     divided, steps = path, np.arange(len(path))
     if building.storey_law.forces().has_rate and "yield_force" in building.parameters:
@@ -201,7 +201,7 @@ def pushover(
     parameters = building.parameters
     loads = floor_loads(pattern, parameters["mass"], parameters["height"], effective_stiffness(parameters))
     _warn_of_implausible_path(path / parameters["height"].sum())
-    pushed = pushed_along(PushedChain(building, storey_shears(loads), *_spring_and_coefficients(building)), path)
+    pushed = pushed_along(PushedChain(building, storey_shears(loads), *spring_and_coefficients(building)), path)
     made = _storey_dataset(
         building, pushed.drift, pushed.force, pushed.dissipated, "building pushed slowly by lateral loads", "pushover"
     )
@@ -232,7 +232,7 @@ def _pushed_structure(
     place = control_dof(structure, loads, control)
     if structure.storeys and not structure.kinds.rotating["dof"][place]:
         _warn_of_implausible_path(path / structure.parameters["height"].sum())
-    pushed = pushed_along(PushedStructure(structure, loads, place, *_spring_and_coefficients(structure)), path)
+    pushed = pushed_along(PushedStructure(structure, loads, place, *spring_and_coefficients(structure)), path)
     steps, units = np.arange(len(pushed.base_shear), dtype=np.int32), structure.kinds.units
     shears = structure.forces_of_gauges(pushed.displacement)
     force = np.concatenate([shears, pushed.force[:, shears.shape[1] :]], axis=1)
