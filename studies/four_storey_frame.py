@@ -54,7 +54,7 @@ def model_error(model: Model, device: str | None) -> np.ndarray:
 
     Samples that collapse or fail are NaN.
     """
-    with wd.meant_as_given("strongest_motion", "peak_ground_acceleration"):
+    with wd.meant_as_given("strongest_motion", "weakest_motions", "peak_ground_acceleration"):
         run = wd.simulate(scene_of(model, wd.Cloud(reference_motions()), is_random=False), device=device)
     found = np.where(run["status"].values == 0, drift_ratios(run), np.nan)
     return found.T / np.array(list(REFERENCE.values()))

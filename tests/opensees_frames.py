@@ -14,6 +14,7 @@ import warpdyn as wd
 DEGREE = {"ux": 1, "uy": 2, "rz": 3}
 ENDS = ("start", "end")
 FIRST_END = 10_000  # number of the first node at the end of a member with a spring
+RIGID = 1_000_000  # number of a nearly rigid material
 
 
 class Model(NamedTuple):
@@ -46,6 +47,7 @@ def build(
         ops.node(number[name], row["x"], row["y"])
     tags = {name: place for place, name in enumerate(frame.members, start=1)}
     turns, of_hinges, ties = set(), {}, []
+    ops.uniaxialMaterial("Elastic", RIGID, 1e13)
     for member, (name, row) in enumerate(frame.members.items()):
         section, tag = frame.sections[row["section"]], tags[name]
         ends = [number[row[end]] for end in ENDS]
@@ -72,8 +74,12 @@ def build(
                 ops.node(node, *(frame.nodes[row[end]][axis] for axis in "xy"))
                 law, parameters = material(float(stiffness), (hinges or {}).get((name, end)))
                 ops.uniaxialMaterial(law, node, *parameters)
-                ops.element("zeroLength", node, ends[place], node, "-mat", node, "-dir", 6)
-                ties.append((row[end], node))
+                if "uy" in frame.supports.get(row[end], {}):
+                    ops.element("zeroLength", node, ends[place], node, "-mat", node, "-dir", 6)
+                    ties.append((row[end], node))
+                else:  # OpenSees' transformation allows one tie per node, but the joint moves in two directions
+                    rigid = RIGID, RIGID, node
+                    ops.element("zeroLength", node, ends[place], node, "-mat", *rigid, "-dir", 1, 2, 6)
                 of_hinges[f"{name} {end}"] = node
                 ends[place] = node
         values = [section["area"], section["elastic_modulus"], section["second_moment"]]
@@ -135,8 +141,6 @@ def _tie(ops, frame, number, ties, support) -> None:
         ops.fix(node, held[0], held[1], 0)
         if not held[0]:
             ops.equalDOF(number[first.get(joint, joint)], node, 1)
-        if not held[1]:
-            ops.equalDOF(number[joint], node, 2)
 
 
 def _give_masses(ops, frame, number, *, has_member_mass: bool) -> None:

@@ -31,7 +31,7 @@ def _draw_curves(axes: Axes, result: xr.Dataset, colour: dict[str, str]) -> None
     for name, each in colour.items():
         for state, style in STATES.items():
             row = result.sel(model=name, damage_state=state)
-            x = row["im"].values
+            x = row["intensity"].values
             axes.plot(x, row["fragility_curve"].values, color=each, ls=style, label=name if style == "-" else None)
             lower, upper = (row[f"fragility_curve_{end}"].values for end in ("lower", "upper"))
             axes.fill_between(x, lower, upper, color=each, alpha=0.15, lw=0)

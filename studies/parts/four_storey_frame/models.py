@@ -59,25 +59,35 @@ def capacity_curve() -> tuple[np.ndarray, np.ndarray]:
 
 
 def shear_stick() -> Model:
-    """Return a chain of storeys whose pushover curve is that of the fish-bone.
+    """Return a chain with the first period and mode of the fish-bone, and with its pushover curve without P-Delta.
 
-    The storeys have the energy capacity of all hinges that the mechanism of the frame needs: beams and column bases.
+    All storeys reach the yield and the capping point together; then one storey softens alone. The storeys have the
+    energy capacity of all hinges that the mechanism of the frame needs: beams and column bases.
     """
-    law = "ibarra_medina_krawinkler_bilinear"
-    gravity = weights()
-    plain = wd.ShearBuilding.from_capacity(*capacity_curve(), 4, MASSES, HEIGHTS, law=law, distribution="first_mode")
-    capacity = energy_capacity() / plain.parameters["yield_force"].sum()  # m
-    names = ("strength_deterioration_drift", "post_capping_deterioration_drift", "unloading_deterioration_drift")
-    structure = wd.ShearBuilding.from_capacity(
-        *capacity_curve(),
-        4,
+    (yields, cap, end), (strength, peak, last) = capacity_curve()
+    elastic = wd.equivalent_stick(fish_bone().structure.frame)
+    mode = elastic.modal()["shape"].values[0]
+    share = np.cumsum((MASSES * mode)[::-1])[::-1] / (MASSES * mode).sum()  # of the base shear
+    flexibility = share / elastic.parameters["stiffness"]
+    of_roof = flexibility / flexibility.sum()  # share of the roof displacement
+    stiffness = strength * share / (yields * of_roof)
+    unloading = (share / stiffness).sum() - share / stiffness  # of the other storeys
+    falling = share / ((end - cap) / (peak - last) + unloading)
+    capacity = energy_capacity() / (strength * share).sum()  # m
+    structure = wd.ShearBuilding(
         MASSES,
+        stiffness,
         HEIGHTS,
-        law=law,
-        distribution="first_mode",
-        gravity_load=gravity,
+        law="ibarra_medina_krawinkler_bilinear",
+        yield_force=strength * share,
+        plastic_drift_to_capping=(cap - yields) * of_roof,
+        post_capping_drift=peak * share / falling,
+        capping_force_ratio=peak / strength,
+        strength_deterioration_drift=capacity,
+        post_capping_deterioration_drift=capacity,
+        unloading_deterioration_drift=capacity,
+        gravity_load=weights(),
         drift_capacity=COLLAPSE_DRIFT_RATIO * np.array(HEIGHTS),
-        **dict.fromkeys(names, capacity),
         **DAMPED,
     )
     return Model(structure, random_strengths("storey"))
