@@ -5,12 +5,14 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
+import pytest
 import xarray as xr
 from conftest import documented_commands, run_study
 from labels import check_labels
 from matplotlib import image
 
 
+@pytest.mark.thorough  # it compiles five kernels
 def test_study(tmp_path: Path) -> None:
     (command,) = (c for c in documented_commands() if "studies/four_storey_frame.py" in c)
     done = run_study(f"{command} --frames 1", tmp_path)

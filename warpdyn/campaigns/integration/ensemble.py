@@ -177,7 +177,7 @@ class Ensemble:
         rows = {name: rows[name] for name in self.model.shapes}
         history = self.queue.upload("History", {}, self.plan.dtype)
         # Queue the uploads first: kernels queued before the uploads would delay them until the GPU is free.
-        launches = self._launches()
+        launches = self.launches()
         output = self.queue.blank(rows, self.plan.dtype)
         self.queue.launch(launches, [output, history], advance)
         self.queue.start_reading(output, {name: values.shape for name, values in rows.items()}, arriving)
@@ -208,6 +208,23 @@ class Ensemble:
             Times of the returned states [s]; histories by variable name, shape [history, time, dof], NaN after the end
             of a sample's run.
         """
+        time, values, _ = self.histories_and_status(kept, every, common_step)
+        return time, values
+
+    def histories_and_status(
+        self, kept: Sequence[int] | np.ndarray, every: int, common_step: float
+    ) -> tuple[np.ndarray, Arrays, np.ndarray]:
+        """Integrate samples and return their whole histories and their status.
+
+        Args:
+            kept: The samples, as rows of this ensemble.
+            every: Number of common steps between two returned states.
+            common_step: Time [s] that is a multiple of the step of each of the samples.
+
+        Returns:
+            Times of the returned states [s]; histories by variable name, shape [history, time, dof], NaN after the end
+            of a sample's run; status of the samples, such as OK or DIVERGED.
+        """
         part = self.select(np.array(kept))
         times_finer = np.round(common_step / part.schedule.step).astype(np.int64)
         every_own = every * times_finer
@@ -234,7 +251,8 @@ class Ensemble:
         for row, end in enumerate(last):
             for array in values.values():
                 array[row, end + 1 :] = np.nan
-        return np.arange(times) * every * common_step, values
+        status = self.queue.read(output.status)
+        return np.arange(times) * every * common_step, values, status
 
     def pack(self) -> None:
         """Sort the samples and pack their structures as the kernel reads them; otherwise, `start` does this."""
@@ -272,7 +290,7 @@ class Ensemble:
             arguments.as_fields("Structure", structures, dtype), arguments.as_fields("Samples", samples, dtype), groups
         )
 
-    def _launches(self) -> list[devices.Launch]:
+    def launches(self) -> list[devices.Launch]:
         """Upload all samples with their structures to the device; return the launches that integrate them."""
         packed, self._packed = self._packed, None
         return self._launches_of(self._pack() if packed is None else packed)

@@ -154,7 +154,7 @@ class PreparedEnsemble(Ensemble):
             return np.zeros(self.size, np.int32)
         return np.repeat(np.arange(len(self.range), dtype=np.int32), self._each)
 
-    def _launches(self) -> list[Launch]:
+    def launches(self) -> list[Launch]:
         """Return the kernel launches that integrate all samples, one for each number of steps per interval."""
         block = self._block
         assert block is not None

@@ -16,7 +16,17 @@ from warpdyn.engine.kernels.composition import Composed, compose, kernel_of
 from warpdyn.engine.kernels.kernel_cache import THREADS_OF_A_BLOCK, loaded
 from warpdyn.engine.kernels.lumped.division import divided_storeys, sections_of_storeys
 from warpdyn.engine.kernels.parts import straight_branches
-from warpdyn.engine.kernels.plan import Plan, has_few_values, keeps_drifts, keeps_slopes, options, values_held
+from warpdyn.engine.kernels.pausing.paused_text import Pausing, pausing
+from warpdyn.engine.kernels.plan import (
+    DTYPES,
+    Plan,
+    has_few_values,
+    keeps_drifts,
+    keeps_slopes,
+    options,
+    paused_struct,
+    values_held,
+)
 from warpdyn.engine.kernels.skeletons.dense import integrate_dense
 from warpdyn.engine.kernels.skeletons.explicit_chain import integrate_chain
 from warpdyn.engine.kernels.skeletons.explicit_lumped import integrate_lumped
@@ -41,7 +51,14 @@ SKELETONS = {
 
 def composed(plan: Plan) -> Composed:
     """Return the source of a plan's kernel, and the constants, types and functions to which the names in it refer."""
-    return compose(SKELETONS[plan.family, plan.kind], plan)
+    return pausing_of(plan).composed if plan.pauses else compose(SKELETONS[plan.family, plan.kind], plan)
+
+
+@functools.cache
+def pausing_of(plan: Plan) -> Pausing:
+    """Return the source of a plan's kernel that can pause, and the variables that it loads and stores."""
+    whole = compose(SKELETONS[plan.family, plan.kind], plan)
+    return pausing(whole, paused_struct(plan.dtype), plan.lanes, DTYPES[plan.dtype])
 
 
 @functools.cache
@@ -188,6 +205,8 @@ def _sections(plan: Plan) -> int:
     """Return the number of GPU threads that share the storeys of a chain, so that their values fit in registers."""
     if plan.damping == "modal":
         return 1  # modal damping: the damping force of each floor depends on all floors
+    if plan.oscillators:
+        return 1  # the oscillators of a floor are in local memory anyway
     words = 2 if plan.dtype == "float64" else 1
     storey = words * sum(values_held(plan).values()) / plan.dofs
     beside = BESIDE_STOREYS[plan.dtype] + words * BESIDE_ENERGIES * ("energy" in plan.recorders)

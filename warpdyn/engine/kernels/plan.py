@@ -15,6 +15,7 @@ from warpdyn.engine.device.processor import FEWEST_LANES, module_options
 from warpdyn.engine.kernels.composing.user_recorders import Recorder, users_of_variables
 from warpdyn.engine.kernels.lumped.pattern import Pattern
 from warpdyn.engine.kernels.lumped.storeys import Storeys, storeys_of
+from warpdyn.engine.kernels.pausing.paused_text import FIELDS as FIELDS_OF_PAUSED
 from warpdyn.engine.kernels.registry import fields, parts_in
 from warpdyn.engine.laws.rate_law import POWERS
 from warpdyn.engine.laws.springs import StoreyRules, is_mixed, spring_row
@@ -57,6 +58,9 @@ class Plan:
         undivided: Whether the motions contain one value for each integration step (see `Model.launched`).
         starts_displaced: Whether yielding storeys start at an initial drift, to which they are pushed slowly from rest.
         records_late: Whether peaks are recorded only after a later time than the start of the run (`record_from`).
+        oscillators: Number of oscillators on each floor (recorder "floor_spectra").
+        oscillators_are_absolute: Whether their absolute accelerations are recorded, not their pseudo-accelerations.
+        pauses: Whether the kernel can pause between two intervals of the motion (see kernels/pausing).
         pattern: The entries of the matrices of a lumped structure that are not 0; None for other families.
     """
 
@@ -80,6 +84,9 @@ class Plan:
     undivided: bool = False
     starts_displaced: bool = False
     records_late: bool = False
+    oscillators: int = 0
+    oscillators_are_absolute: bool = False
+    pauses: bool = False
     pattern: Pattern | None = None
 
     @property
@@ -110,6 +117,8 @@ class Plan:
 
     def length(self, dim: str) -> int:
         """Return the length of a dimension of the outputs, such as "storey" or "spring"."""
+        if dim == "period":
+            return self.oscillators
         if self.pattern is None:
             return self.dofs
         lengths = {"spring": self.pattern.springs, "output": len(self.pattern.resultants)}
@@ -321,6 +330,12 @@ def _structs(dtype_name: str, users: tuple[type[Recorder], ...]) -> SimpleNamesp
 def output_struct(dtype_name: str, names: Iterable[str]) -> Any:
     """Return the Warp struct Output with fields for these output variables."""
     return structs(dtype_name, users_of_variables(names)).Output
+
+
+@functools.cache
+def paused_struct(dtype_name: str) -> Any:
+    """Return the Warp struct Paused: the interval at which a kernel begins, and its variables at this interval."""
+    return _struct(f"Paused_{dtype_name}", FIELDS_OF_PAUSED, dtype_name)
 
 
 def _struct(name: str, types: dict[str, str], dtype_name: str) -> type:

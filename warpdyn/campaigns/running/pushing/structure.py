@@ -24,8 +24,8 @@ class PushedStructure(Pushed):
     """A lumped structure in equilibrium under loads; `push` moves it to the next displacement of one degree of freedom.
 
     The resistance is R(q) = sum of the springs' forces on the coordinates + (K - K_geometric) q; in equilibrium it is
-    the load factor times the load pattern. Coordinates are the degrees of freedom and, of a frame with hinges, rotations
-    without mass and loads.
+    the load factor times the load pattern. Coordinates are the degrees of freedom and, in a frame with hinges,
+    rotations without mass and loads.
 
     Args:
         structure: The structure.
@@ -55,7 +55,7 @@ class PushedStructure(Pushed):
         self.initial = self._matrix(self.stiffness)
         self.factor = cho_factor(self.initial)
         flexible = cho_solve(self.factor, self.loads)
-        self.load_stiffness = float(1 / (self.loads @ flexible))  # base shear over the displacement in its direction [N/m]
+        self.load_stiffness = float(1 / (self.loads @ flexible))  # base shear / displacement [N/m]
         # Elastic displacements under the loads at a control displacement of 1, and the load factor per m.
         self.control_stiffness = float(1 / flexible[control])
         self.elastic_shape: np.ndarray = flexible * self.control_stiffness

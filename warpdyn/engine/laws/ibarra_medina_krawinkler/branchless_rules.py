@@ -10,7 +10,7 @@ from typing import Any
 import warp as wp
 
 from warpdyn.engine.device.extrema import maximum, minimum
-from warpdyn.engine.laws.ibarra_medina_krawinkler.bilinear_rules import ALL, M, SPRINGS as WITH_BRANCHES
+from warpdyn.engine.laws.ibarra_medina_krawinkler.bilinear_rules import ALL, SPRINGS as WITH_BRANCHES, M
 from warpdyn.engine.laws.ibarra_medina_krawinkler.deterioration import SMALLEST, on_lines
 from warpdyn.engine.laws.ibarra_medina_krawinkler.parameters import Coefficient as C
 from warpdyn.engine.laws.row_functions import device_functions

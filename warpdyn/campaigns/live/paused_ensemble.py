@@ -1,0 +1,259 @@
+"""An ensemble whose response histories pause between intervals of the motion, and go on when more samples are known."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import warp as wp
+
+from warpdyn.campaigns.integration.dynamics import Arrays
+from warpdyn.campaigns.integration.ensemble import Ensemble
+from warpdyn.campaigns.integration.time_grid import Schedule
+from warpdyn.engine.kernels import arguments
+from warpdyn.engine.kernels.auxiliary.interpolation import interpolated
+from warpdyn.engine.kernels.build import pausing_of
+from warpdyn.engine.kernels.kernel_cache import THREADS_OF_A_BLOCK
+from warpdyn.engine.kernels.pausing.paused_text import Pausing
+from warpdyn.engine.kernels.plan import DTYPES, Plan, paused_struct
+from warpdyn.engine.kernels.queues import Launch
+from warpdyn.model.ground_motions.excitation import MOST_STEPS
+
+LAST = 2**31 - 1  # an interval after the end of every run
+
+
+@dataclass
+class Group:
+    """Samples with the same number of integration steps per interval of the motion, which one launch integrates.
+
+    Args:
+        plan: Plan of the kernel, which can pause.
+        finer: Number of intervals of the kernel in one interval of the motion (on a GPU, one for each step).
+        substeps: Number of integration steps in one interval of the motion.
+        count: Number of samples.
+        inputs: Structs Control, Samples and Structure of the launch.
+        order: Indices of the samples in the order of the launch, shape [sample].
+        state: Values that the kernel stores when it pauses: {field of the struct Paused: array [row, column]}.
+    """
+
+    plan: Plan
+    finer: int
+    substeps: int
+    count: int
+    inputs: tuple[Any, Any, Any]
+    order: np.ndarray
+    state: dict[str, wp.array]
+
+    @property
+    def pausing(self) -> Pausing:
+        """The source of the kernel, and the variables that it stores."""
+        return pausing_of(self.plan)
+
+
+class PausedEnsemble:
+    """All samples of an ensemble under one motion, integrated up to the last sample of the motion that is known.
+
+    Args:
+        ensemble: The samples with their structures and steps. The values and the length of its motion are not read.
+
+    Attributes:
+        intervals: Number of intervals of the motion (times between two samples) that have been integrated.
+    """
+
+    def __init__(self, ensemble: Ensemble) -> None:
+        self.ensemble, self.queue, self.dtype = ensemble, ensemble.queue, ensemble.plan.dtype
+        self.device, self.intervals = ensemble.queue.device, 0
+        self.is_whole = True
+        # While the motion arrives, its end is not known: more intervals than kernels can count steps.
+        self.most_intervals = MOST_STEPS // (int(ensemble.schedule.substeps.max()) + 1)
+        self._base = ensemble.scene.excitation.pack(ensemble.timeline, ensemble.plan.dofs)
+        self._components = max(1, ensemble.scene.excitation.base_components)
+        self._history = self.queue.upload("History", {}, self.dtype)
+        self.groups = [self._group(launch) for launch in self._launches()]
+
+    def _launches(self) -> list[Launch]:
+        """Upload the samples with their structures; return their launches, in an order that does not depend on ends."""
+        ensemble, schedule = self.ensemble, self.ensemble.schedule
+        endless = np.full(ensemble.size, self.most_intervals, dtype=np.int32)
+        ensemble.schedule = replace(schedule, run_intervals=endless, repeats=1)
+        launches = ensemble.launches()
+        ensemble.schedule = schedule
+        return launches
+
+    def _group(self, launch: Launch) -> Group:
+        """Return the group of a launch, with a state of zeros."""
+        plan, finer = replace(launch.plan, pauses=True), launch.substeps if launch.plan.undivided else 1
+        columns = -(-launch.count // plan.lanes) * plan.lanes
+        if self.device != "cpu":  # whole blocks of threads are launched
+            columns = -(-plan.threads_of(launch.count) // THREADS_OF_A_BLOCK) * THREADS_OF_A_BLOCK * plan.lanes
+        pausing = pausing_of(plan)
+        types = {"real": DTYPES[self.dtype], "real64": wp.float64, "whole": wp.int32}
+        state = {
+            name: wp.zeros((pausing.rows(name), columns), dtype=kind, device=self.device)
+            for name, kind in types.items()
+        }
+        return Group(plan, finer, launch.substeps, launch.count, launch.inputs[:3], launch.order, state)
+
+    def advance(self, values: np.ndarray) -> None:
+        """Integrate all intervals of the motion that these samples end.
+
+        Args:
+            values: Accelerations [m/s2], shape [time, component]: of the sample up to which the histories are
+                integrated, and of all following samples that are known.
+
+        Raises:
+            ValueError: If the motion would have more steps than kernels can count.
+        """
+        count = len(values) - 1
+        if self.intervals + count >= self.most_intervals:
+            raise ValueError(
+                f"the motion has more than {self.most_intervals} samples, the most that can be integrated with these "
+                "steps: call finish(), and begin a new Live"
+            )
+        self.check_whole()
+        if count < 1:
+            return
+        self.is_whole = False  # an interruption leaves some samples behind the others
+        self._launch(values, self.most_intervals, self.most_intervals, self._ignored, count)
+        self.intervals += count
+        self.is_whole = True
+
+    def check_whole(self) -> None:
+        """Raise a ValueError if `advance` was interrupted, so that only some samples were integrated."""
+        if not self.is_whole:
+            raise ValueError(
+                "the integration of the last packet was interrupted, so that samples are at different times: begin "
+                "again, or go on from a saved state with wd.load_state"
+            )
+
+    def outputs(self, values: np.ndarray, motion: int, schedule: Schedule | None = None) -> Arrays:
+        """Integrate the rest of a run, and return all its outputs by name, shape [sample, ...]; no state changes.
+
+        Args:
+            values: Accelerations [m/s2] from the last integrated sample to the last sample, shape [time, component].
+            motion: Number of intervals of the whole motion.
+            schedule: Durations of the samples with the free vibration after the motion, and of the average that gives
+                the residual drift; None: the run ends with the motion.
+        """
+        self.check_whole()
+        rows = self.ensemble.model.blank_outputs(self.ensemble.size)
+        output = self.queue.blank(rows, self.dtype)
+        if schedule is not None:
+            self.groups[0].inputs[1].residual_steps.assign(schedule.residual_steps.astype(np.int32))
+        self._launch(values, motion, motion if schedule is None else schedule.run_intervals, output, None)
+        self.queue.start_reading(output, {name: array.shape for name, array in rows.items()})
+        self.queue.read_into(rows)
+        return rows
+
+    def states(self) -> Arrays:
+        """Return the values that live between two intervals, by the name of the kernel's variable.
+
+        Returns:
+            Arrays of shape [sample, row], such as `u` (displacements), `v` (velocities) and `z` (memory of the storey
+            laws), with one row for each floor, storey or value of a memory.
+
+        Raises:
+            ValueError: If several threads of a GPU share a sample.
+        """
+        self._check_one_thread()
+        found: Arrays = {}
+        for group in self.groups:
+            arrays = {name: array.numpy() for name, array in group.state.items()}
+            for each in group.pausing.carried:
+                rows = arrays[each.array][each.first : each.first + each.rows, : group.count].T
+                whole = found.setdefault(each.name, np.zeros((self.ensemble.size, each.rows), rows.dtype))
+                whole[group.order] = rows
+        return found
+
+    def set_states(self, states: Arrays) -> None:
+        """Replace the values that live between two intervals; `states` is in the form that `states()` returns."""
+        self._check_one_thread()
+        for group in self.groups:
+            arrays = {name: array.numpy().copy() for name, array in group.state.items()}
+            for each in group.pausing.carried:
+                given = np.asarray(states[each.name])[group.order]
+                if given.shape != (group.count, each.rows) or not np.isfinite(given).all():
+                    raise ValueError(
+                        f"states[{each.name!r}] must be finite values of shape [{self.ensemble.size}, {each.rows}] "
+                        f"(sample, row), got the shape {np.shape(states[each.name])}"
+                    )
+                rows = slice(each.first, each.first + each.rows)
+                arrays[each.array][rows, : group.count] = given.T
+                # Lanes beyond the last sample repeat it, and may write its results.
+                arrays[each.array][rows, group.count :] = given.T[:, -1:]
+            for name, array in group.state.items():
+                array.assign(arrays[name])
+
+    def resample(self, samples: np.ndarray, drawn: Arrays | None = None) -> None:
+        """Let each sample go on from the state of another one, with its parameters or with new ones.
+
+        Args:
+            samples: Index of the sample from whose state sample i goes on, shape [sample].
+            drawn: New scattered parameters of the structures, by name, first dimension structure; None: those of
+                `samples`.
+
+        Raises:
+            ValueError: If a sample would go on from a sample with another integration step.
+        """
+        ensemble, samples = self.ensemble, np.asarray(samples)
+        substeps = ensemble.schedule.substeps
+        if (substeps[samples] != substeps).any():
+            raise ValueError(
+                "samples with different integration steps cannot be exchanged: give step= [s], so that all have the "
+                "same step"
+            )
+        if ensemble.drawn and not np.array_equal(ensemble.row, np.arange(ensemble.size)):
+            raise ValueError("only a scene with one motion per structure can be resampled: give one motion")
+        self.set_states({name: values[samples] for name, values in self.states().items()})
+        parameters = {name: values[samples] for name, values in ensemble.drawn.items()} if drawn is None else drawn
+        if not parameters:
+            return
+        rayleigh = ensemble.model.dynamics.vibration_of(
+            parameters, ensemble.model.method, ensemble.model.threads
+        ).rayleigh
+        held = ensemble.structures, parameters, rayleigh, ensemble.assignment, ensemble.row, ensemble.schedule
+        self.ensemble = Ensemble(ensemble.model, *held, ensemble.sample, self.queue)
+        for group, launch in zip(self.groups, self._launches(), strict=True):
+            group.inputs = launch.inputs[:3]
+
+    def _check_one_thread(self) -> None:
+        """Raise a ValueError if several threads of a GPU share a sample, so that a state is not in one column."""
+        if any(group.plan.sections > 1 for group in self.groups):
+            raise ValueError("the states of tall chains on a GPU are divided among threads: give device='cpu'")
+
+    @cached_property
+    def _ignored(self) -> Any:
+        """Struct Output for launches that pause and write no outputs."""
+        return self.queue.blank(self.ensemble.model.blank_outputs(self.ensemble.size), self.dtype)
+
+    def _launch(self, values: np.ndarray, motion: int, run: int | np.ndarray, output: Any, count: int | None) -> None:
+        """Integrate `count` intervals and pause, or, if `count` is None, integrate to the end of the run."""
+        self.queue.begin()  # deletes the times of earlier launches
+        loads = {finer: self._load(values, motion, finer) for finer in {group.finer for group in self.groups}}
+        run_intervals = self.groups[0].inputs[1].run_intervals  # all groups share this array
+        run_intervals.assign(np.broadcast_to(np.asarray(run, np.int32), self.ensemble.size))
+        for group in self.groups:
+            paused = paused_struct(self.dtype)()
+            paused.first = self.intervals * group.finer
+            paused.last = LAST if count is None else paused.first + count * group.finer
+            paused.stores = 0 if count is None else 1
+            for name, array in group.state.items():
+                setattr(paused, name, array)
+            inputs = (*group.inputs, loads[group.finer])
+            launch = Launch(group.plan, inputs, group.count, group.substeps, group.order, self._ones)
+            wp.synchronize_device(self.device)
+            self.queue.launch([launch], [output, self._history, paused])
+
+    @cached_property
+    def _ones(self) -> np.ndarray:
+        """Equal costs of all samples, by which a CPU divides a launch among its threads."""
+        return np.ones(self.ensemble.size, dtype=np.int32)
+
+    def _load(self, values: np.ndarray, motion: int, finer: int) -> Any:
+        """Return the struct Load with the samples of a packet; the first is that of interval `self.intervals`."""
+        packed = self._base | {"values": np.ravel(values)}
+        packed |= {"first": np.array([-self.intervals]), "intervals": np.array([motion])}
+        load = arguments.brought("Load", packed, self.dtype, self.device)
+        return load if finer == 1 else interpolated(load, self.dtype, finer, self._components)
