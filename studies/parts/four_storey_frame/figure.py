@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
+from matplotlib.axis import Axis
 from matplotlib.figure import Figure
-from matplotlib.ticker import FuncFormatter
+from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
 COLOURS = ("#0072B2", "#009E73", "#D55E00", "#CC79A7")
 STATES = {"2 % drift": "--", "collapse": "-"}
@@ -37,7 +38,7 @@ def _draw_curves(axes: Axes, result: xr.Dataset, colour: dict[str, str]) -> None
             axes.fill_between(x, lower, upper, color=each, alpha=0.15, lw=0)
     axes.plot([], [], color="0.3", ls="--", label="2 % drift (dashed)")
     axes.set(xscale="log", xlim=(0.1, 4.0), ylim=(0, 1), xlabel="Sa(1.365 s, 5 %) [g]", ylabel="Probability")
-    axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    _label_decades(axes.xaxis)
     axes.legend(frameon=False, fontsize=8, loc="upper left")
     axes.set_title("Collapse (solid) and 2 % drift, 95 % intervals", fontsize=10)
 
@@ -59,7 +60,8 @@ def _draw_cost(axes: Axes, result: xr.Dataset, colour: dict[str, str]) -> None:
     axes.set_ylabel("Median error of peak drifts [%]")
     first, last = axes.get_xlim()
     axes.set_xlim(first, 4 * last)
-    axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    _label_decades(axes.xaxis)
+    _label_decades(axes.yaxis)
     axes.legend(frameon=False, fontsize=8)
     axes.set_title("Error against the whole frame (OpenSees)", fontsize=10)
 
@@ -76,4 +78,10 @@ def _draw_rotations(axes: Axes, result: xr.Dataset) -> None:
     axes.set(xlabel="Peak rotation of hinges [% rad]", ylabel="Floor", ylim=(-0.5, 4.5), yticks=range(5))
     axes.set_xlim(left=0)
     axes.legend(frameon=False, fontsize=8)
-    axes.set_title("Fish-bone: hinges at 0.6 g, median and 16 to 84 %", fontsize=10)
+    axes.set_title("Fish-bone, hinges at 0.6 g: 16, 50, 84 %", fontsize=10)
+
+
+def _label_decades(axis: Axis) -> None:
+    axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    axis.set_minor_formatter(NullFormatter())

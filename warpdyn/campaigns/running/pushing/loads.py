@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from warpdyn.foundations.core.checks import checked_text, finite_numbers, one_of
+from warpdyn.model.structures.frames.reduced_frame import ReducedFrame
 from warpdyn.model.structures.lumped.names import check_known, checked_coefficients, row_of
 from warpdyn.model.structures.lumped.structure import LumpedStructure
 
@@ -66,12 +67,12 @@ def _shape_of(structure: LumpedStructure, pattern: str) -> np.ndarray:
         found: np.ndarray = structure.modal()["shape"].values[0]
         return found
     if pattern == "triangular":
-        if structure.elevations is None:
+        if not isinstance(structure, ReducedFrame) or structure.reduction != "static":
             raise ValueError(
                 "a lumped structure that is not a frame has no heights for pattern='triangular': give the loads, such "
                 f"as pattern={{{structure.dof_names[0]!r}: 1.0}}"
             )
-        return structure.elevations
+        return structure.frame.elevations(structure.frame.numbering.free[structure.kept])
     if structure.components > 1:
         raise ValueError(
             f"pattern='uniform' has no direction: the structure has {structure.components} components of base "

@@ -222,21 +222,6 @@ class ReducedFrame(LumpedStructure):
         found = np.concatenate(rows, axis=1) if rows else np.zeros((count, 0, dofs))
         return tuple(names), found
 
-    @property
-    def elevations(self) -> np.ndarray | None:
-        """Heights of horizontal degrees of freedom above the lowest support [m], 0 for the others, shape [dof].
-
-        None if a reduction distributes the mass of a node over several degrees of freedom.
-        """
-        if self.reduction != "static":
-            return None
-        numbering, found = self.frame.numbering, np.zeros(self.dofs)
-        number, height = numbering.free[self.kept], self.frame.coordinates[:, 1]
-        base = min((self.frame.nodes[name]["y"] for name in self.frame.supports), default=float(height.min()))
-        for node, place in enumerate(numbering.places[:, 0]):
-            found[number == place] = height[node] - base
-        return found
-
     def dim_of(self, name: str) -> str:
         """Return the dimension of a parameter's values: "dof", "spring" or "member"."""
         return "member" if name in MEMBER_PARAMETERS else super().dim_of(name)

@@ -162,11 +162,6 @@ class LumpedMatrices:
         """Return the stiffness that gravity takes away [N/m], shape [structure or 1, dof, dof], or 0."""
         return self.matrices.get("geometric_stiffness", 0.0)
 
-    @property
-    def elevations(self) -> np.ndarray | None:
-        """Heights of the degrees of freedom above the ground [m], shape [dof]; None if they are unknown."""
-        return None
-
     def static_system(self) -> tuple[np.ndarray, np.ndarray]:
         """Return the equations of static equilibrium: deformations of the springs, and the stiffness without springs.
 
