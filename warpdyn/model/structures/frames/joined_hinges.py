@@ -30,7 +30,7 @@ def joined_hinges(frame: Frame, hinges: object) -> tuple[Frame, dict[End, dict[s
         ValueError: If a hinge is at no end of a member with a spring, only some ends of a floor's beams or of a
             storey's columns have hinges, or these hinges have different laws or parameters.
     """
-    given = _checked(frame, hinges)
+    given = _hinges_by_end(frame, hinges)
     levels, _ = levels_of(frame, WHO)
     bone = fishbone(frame)
     told = bone.description()
@@ -67,7 +67,7 @@ def _put_in_series(told: dict[str, Any], beam: str, stiffness: float) -> None:
     row["spring_start"] = stiffness
 
 
-def _checked(frame: Frame, given: object) -> dict[End, dict[str, Any]]:
+def _hinges_by_end(frame: Frame, given: object) -> dict[End, dict[str, Any]]:
     """Return the hinges, or raise an error that names a wrong one."""
     if not isinstance(given, Mapping) or not given:
         raise ValueError(
