@@ -6,85 +6,11 @@ import numpy as np
 import pytest
 from frame_cases import chain
 from lumped_cases import pulse
-from opensees import opensees
+from opensees_frames import build, solve
 
 import warpdyn as wd
 
 pytestmark = pytest.mark.meant_as_given("no_damping", "damping_ratio", "first_period", "strongest_motion")
-DEGREE = {"ux": 1, "uy": 2, "rz": 3}
-
-
-def build(frame: wd.Frame, *, has_member_mass: bool = True) -> tuple[object, dict[str, int], dict[str, int]]:
-    """Build an OpenSees model of a frame, with releases, rigid offsets and diaphragms; return its numbers of names.
-
-    Without `has_member_mass`, lumped masses of members are masses of nodes: with masses of elements, UniformExcitation
-    of OpenSees 3.7.1 applies twice the load of these masses.
-    """
-    ops = opensees()
-    ops.wipe()
-    ops.model("basic", "-ndm", 2, "-ndf", 3)
-    number = {name: place for place, name in enumerate(frame.nodes, start=1)}
-    for name, row in frame.nodes.items():
-        ops.node(number[name], row["x"], row["y"])
-    tags = {name: place for place, name in enumerate(frame.members, start=1)}
-    turns = set()
-    for name, row in frame.members.items():
-        section = frame.sections[row["section"]]
-        start, end = number[row["start"]], number[row["end"]]
-        ops.geomTransf(
-            "Linear",
-            tags[name],
-            "-jntOffset",
-            *(row["offset_start_x"], row["offset_start_y"], row["offset_end_x"], row["offset_end_y"]),
-        )
-        if row["kind"] == "truss":
-            ops.uniaxialMaterial("Elastic", tags[name], section["elastic_modulus"])
-            ops.element("Truss", tags[name], start, end, section["area"], tags[name], "-doRayleigh", 1)
-            continue
-        turns |= {row["start"], row["end"]}
-        values = [section["area"], section["elastic_modulus"], section["second_moment"]]
-        code = {"none": 0, "start": 1, "end": 2, "both": 3}[row["release"]]
-        more = ["-mass", section["mass_per_length"]] if has_member_mass else []
-        more += ["-cMass"] if frame.member_mass == "consistent" else []
-        if section["shear_area"]:
-            values = [values[0], values[1], section["shear_modulus"], values[2], section["shear_area"]]
-            ops.element("ElasticTimoshenkoBeam", tags[name], start, end, values[1], values[2], values[0], values[3],
-                        values[4], tags[name], *more)  # fmt: skip
-            continue
-        ops.element("elasticBeamColumn", tags[name], start, end, *values, tags[name], *more, "-release", code)
-    for name, node in number.items():
-        support = frame.supports.get(name, {})
-        fixed = [int(support.get(direction) is True) for direction in DEGREE]
-        fixed[2] = int(fixed[2] or name not in turns)
-        ops.fix(node, *fixed)
-    for nodes in frame.diaphragms.values():
-        for other in nodes[1:]:
-            ops.equalDOF(number[nodes[0]], number[other], 1)
-    of_members = dict.fromkeys(number, 0.0)
-    for place, row in enumerate(frame.members.values()):
-        for end in ("start", "end"):
-            half = frame.geometry.mass_per_length[place] * frame.geometry.length[place] / 2
-            of_members[row[end]] += 0.0 if has_member_mass else half
-    for name, mass in of_members.items():
-        ops.mass(number[name], mass, mass, 0.0)
-    for name, mass in frame.masses.items():
-        first = number[frame.diaphragms[name][0]] if name in frame.diaphragms else number[name]
-        own = of_members.get(name, 0.0)
-        ops.mass(first, *(mass.get(direction, 0.0) + own * (direction != "rz") for direction in DEGREE))
-    ops.timeSeries("Linear", 1)
-    ops.pattern("Plain", 1, 1)
-    return ops, number, tags
-
-
-def solve(ops) -> None:
-    ops.constraints("Transformation")
-    ops.numberer("RCM")
-    ops.system("UmfPack")
-    ops.test("NormDispIncr", 1e-12, 10)
-    ops.algorithm("Linear")
-    ops.integrator("LoadControl", 1.0)
-    ops.analysis("Static")
-    assert ops.analyze(1) == 0
 
 
 def offsets_and_releases() -> wd.Frame:
@@ -155,7 +81,7 @@ FRAMES = list(LOADS)
 def test_displacements_reactions_and_member_forces_are_those_of_opensees(make):
     frame = make()
     found = frame.static(LOADS[make])
-    ops, number, tags = build(frame)
+    ops, number, tags, _ = build(frame)
     for node, row in LOADS[make].items():
         ops.load(number[node], *(row.get(force, 0.0) for force in ("fx", "fy", "mz")))
     solve(ops)
@@ -180,7 +106,7 @@ def test_displacements_reactions_and_member_forces_are_those_of_opensees(make):
 @pytest.mark.parametrize("make", FRAMES, ids=lambda make: make.__name__)
 def test_periods_are_those_of_opensees(make):
     frame = make()
-    ops, _, _ = build(frame)
+    ops = build(frame).ops
     squared = np.sort(ops.eigen("-fullGenLapack", 4))
     ops.wipe()
     found = frame.modal(modes=4)["circular_frequency"].values
@@ -200,7 +126,7 @@ def test_histories_are_those_of_opensees(make):
     matrix = a0 * plain.mass_matrices(one)[0] + a1 * plain.stiffness_matrices(one)[0]
     structure = frame.lumped(damping_matrix=matrix, **options)
     run = wd.simulate(wd.Scene(structure, motion), step=step, dtype="float64", device="cpu", method="rk4")
-    ops, number, tags = build(frame, has_member_mass=False)
+    ops, number, tags, _ = build(frame, has_member_mass=False)
     ops.timeSeries("Path", 2, "-dt", 0.01, "-values", *motion.acceleration.tolist())
     ops.pattern("UniformExcitation", 2, 1, "-accel", 2)
     ops.rayleigh(a0, a1, 0.0, 0.0)

@@ -1,13 +1,20 @@
-"""Capped hinges without deterioration: fast rules against the general law of Ibarra, Medina and Krawinkler."""
+"""Hinges after Ibarra, Medina and Krawinkler: rules without branches against the general rules of the law."""
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
+import warp as wp
 from hinge_cases import motion, reference_model, steel
 
 import warpdyn as wd
 from warpdyn.campaigns.integration.model import dynamics_of
+from warpdyn.campaigns.running.pushover import spring_and_coefficients
+from warpdyn.engine.kernels.auxiliary.storey_path import storey_path_kernel
+from warpdyn.engine.kernels.kernel_cache import loaded
+from warpdyn.engine.laws.ibarra_medina_krawinkler.branchless_rules import variant
 
 pytestmark = pytest.mark.meant_as_given(
     "no_damping", "damping_ratio", "first_period", "strongest_motion", "peak_ground_acceleration"
@@ -38,7 +45,7 @@ def scene_of(plastic: float, post_capping: float, **more: float) -> wd.Scene:
 def test_fast_rules_equal_the_general_law(plastic, post_capping, changes):
     fast, general = (scene_of(plastic, post_capping, **changes, **more) for more in ({}, NEGLIGIBLE))
     laws = [str(dynamics_of(scene).law) for scene in (fast, general)]
-    assert laws == ["ibarra_medina_krawinkler_capped", "ibarra_medina_krawinkler_bilinear"]
+    assert laws == ["ibarra_medina_krawinkler_capped", "ibarra_medina_krawinkler_branchless"]
     settings = {"device": "cpu", "method": "leapfrog", "step": 0.005, "dtype": "float64", "on_unstable": "flag"}
     found, due = (wd.simulate(scene, **settings) for scene in (fast, general))
     np.testing.assert_array_equal(found["status"].values, due["status"].values)
@@ -67,11 +74,48 @@ def test_fast_rules_equal_the_general_law_for_random_hinges():
 
 
 @pytest.mark.parametrize("name", ["strength_deterioration_drift", "unloading_deterioration_drift"])
-def test_hinges_that_may_deteriorate_have_the_general_law(name):
+def test_hinges_that_may_deteriorate_have_the_deteriorating_law(name):
     scatter = {name: wd.RandomFactor(wd.Lognormal(1.0, 0.2), per="spring")}
     scene = wd.Scene(reference_model(), wd.Cloud(MOTIONS), scatter)
-    assert str(dynamics_of(scene).law) == "ibarra_medina_krawinkler_bilinear"
-    assert str(dynamics_of(scene_of(1.0, 1.0, **{name: 1.0})).law) == "ibarra_medina_krawinkler_bilinear"
+    assert str(dynamics_of(scene).law) == "ibarra_medina_krawinkler_branchless"
+    assert str(dynamics_of(scene_of(1.0, 1.0, **{name: 1.0})).law) == "ibarra_medina_krawinkler_branchless"
+
+
+def test_rules_without_branches_equal_the_general_rules():
+    """Random hinges along random rotations: moments, and tangents in the last step."""
+    random, hinges = np.random.default_rng(5), 60
+    yields = np.full(hinges, 1e-3)  # rad
+
+    def between(low: float, high: float) -> np.ndarray:
+        return random.uniform(low, high, hinges)
+
+    law = wd.laws.IbarraMedinaKrawinklerBilinear(
+        yield_force=1.0,
+        plastic_drift_to_capping=yields * between(1, 30),
+        post_capping_drift=yields * between(2, 100),
+        capping_force_ratio=between(1, 1.3),
+        residual_force_ratio=between(0, 0.6) * (random.random(hinges) < 0.8),
+        ultimate_drift=yields * between(10, 150) * (random.random(hinges) < 0.5),
+        strength_deterioration_drift=yields * between(20, 1000) * (random.random(hinges) < 0.8),
+        post_capping_deterioration_drift=yields * between(20, 1000) * (random.random(hinges) < 0.8),
+        unloading_deterioration_drift=yields * between(20, 1000) * (random.random(hinges) < 0.8),
+        deterioration_rate=between(0.3, 1.0),
+    )
+    building = wd.ShearBuilding(np.ones(hinges), 1 / yields, 3.0, law=law)
+    general, coefficients = spring_and_coefficients(building)
+    assert str(general) == "ibarra_medina_krawinkler_bilinear"
+    turns = np.cumsum(random.normal(size=(400, hinges)) * yields * between(1, 15), axis=0)
+    path = np.concatenate([np.linspace(a, b, 25)[1:] for a, b in pairwise([np.zeros(hinges), *turns])])
+    found = []
+    for rules in (general, variant(general)):
+        forces = np.full(path.shape, np.nan)
+        arrays = [wp.array(np.ascontiguousarray(each), device="cpu") for each in (coefficients, path)]
+        results = [wp.array(forces, device="cpu"), wp.full(path.shape, np.nan, dtype=wp.float64, device="cpu")]
+        wp.launch(loaded(storey_path_kernel(rules, "float64")), hinges, inputs=arrays, outputs=results, device="cpu")
+        found.append(results[0].numpy())
+    np.testing.assert_allclose(found[1], found[0], rtol=0, atol=1e-9)
+    assert (np.abs(found[0][-1]) < 1e-9).any()  # hinges that have lost their strength
+    assert (np.abs(found[0][-1]) > 0.2).any()
 
 
 def test_rotation_counts_until_the_strength_is_lost():

@@ -10,9 +10,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray as xr
-from hinge_cases import reference_model
 from labels import check_labels
 from opensees import opensees
+from opensees_frames import controlled
 from scipy.optimize import linprog
 
 import warpdyn as wd
@@ -101,28 +101,6 @@ def test_of_equal_springs_that_come_to_their_peaks_together_one_softens(steps):
     np.testing.assert_allclose(pushed["base_shear"], expected, rtol=0, atol=4.0e6 * 0.15 / steps * 2**-10)
 
 
-def controlled(loads: dict[tuple[int, int], float], control: tuple[int, int], path: np.ndarray) -> np.ndarray:
-    """Return the load factors of OpenSees' displacement control for the model that is built."""
-    ops = opensees()
-    ops.timeSeries("Linear", 1)
-    ops.pattern("Plain", 1, 1)
-    for node in dict.fromkeys(node for node, _ in loads):
-        ops.load(node, *(loads.get((node, dof), 0.0) for dof in range(1, ops.getNDF()[0] + 1)))
-    ops.constraints("Transformation")
-    ops.numberer("RCM")
-    ops.system("FullGeneral")
-    ops.test("NormDispIncr", 1e-13, 200)
-    ops.algorithm("Newton")
-    factors = []
-    for step in np.diff(path, prepend=0.0):
-        ops.integrator("DisplacementControl", *control, float(step))
-        ops.analysis("Static")
-        assert ops.analyze(1) == 0
-        factors.append(ops.getLoadFactor(1))
-    ops.wipe()
-    return np.array(factors)
-
-
 @needs_opensees
 @pytest.mark.parametrize("control", ["ux2", "uy2"])
 def test_a_torsional_building_is_that_of_opensees(control):
@@ -158,11 +136,15 @@ def test_a_torsional_building_is_that_of_opensees(control):
         for floor in (1, 2)
         for axis, name in enumerate(("ux", "uy", "theta"))
     }
-    factors = controlled(
-        {place: float(per_shear[name]) for place, name in places.items()},
-        next(place for place, name in places.items() if name == control),
-        path,
+    factors = list(
+        controlled(
+            ops,
+            {place: float(per_shear[name]) for place, name in places.items()},
+            next(place for place, name in places.items() if name == control),
+            path,
+        )
     )
+    ops.wipe()
     np.testing.assert_allclose(pushed["base_shear"], factors, rtol=0, atol=1e-7 * np.abs(factors).max())
     assert (np.abs(pushed["spring_force"]).max("step") > building.parameters["yield_force"]).sum() >= 4
 
@@ -195,7 +177,8 @@ def test_gaps_sliders_and_an_elastic_matrix_are_those_of_opensees():
     ops.uniaxialMaterial("ElasticPPGap", 4, 5e7, 1e12, 0.03)
     for tag, nodes in enumerate([(0, 1), (1, 2), (1, 2), (0, 2)], start=1):
         ops.element("zeroLength", tag, *nodes, "-mat", tag, "-dir", 1)
-    factors = controlled({(1, 1): 0.3 / 1.3, (2, 1): 1.0 / 1.3}, (2, 1), path)
+    factors = list(controlled(ops, {(1, 1): 0.3 / 1.3, (2, 1): 1.0 / 1.3}, (2, 1), path))
+    ops.wipe()
     np.testing.assert_allclose(pushed["base_shear"], factors, rtol=0, atol=1e-7 * np.abs(factors).max())
     assert float(pushed["spring_force"].sel(spring="stop").max()) > 1e6
 
@@ -308,7 +291,10 @@ ISOLATED = wd.LumpedStructure(
     [
         (lambda: wd.pushover(ONE, [np.nan]), r"roof_displacement\[0\] is nan"),
         (lambda: wd.pushover(ONE, [[0.1]]), r"roof_displacement must have shape \[step\], got \(1, 1\)"),
-        (lambda: wd.pushover(ONE, [0.1], pattern="triangular"), "no heights for pattern='triangular'.*'a': 1.0"),
+        (
+            lambda: wd.pushover(ONE, [0.1], pattern="triangular"),
+            "not a frame has no heights for pattern='triangular'.*'a': 1.0",
+        ),
         (lambda: wd.pushover(ONE, [0.1], pattern="mode"), "unknown load pattern 'mode'"),
         (lambda: wd.pushover(ONE, [0.1], pattern={"b": 1.0}), "pattern names the unknown degree of freedom 'b'"),
         (lambda: wd.pushover(ONE, [0.1], pattern=[1.0]), r"one load per degree of freedom, shape \[2\]"),
@@ -317,7 +303,6 @@ ISOLATED = wd.LumpedStructure(
         (lambda: wd.pushover(ONE, [0.1], control="r"), "control='r': the loads do not move this degree of freedom"),
         (lambda: wd.pushover(TURNING, [0.1]), "control is missing: no translation has a positive.*control='r'"),
         (lambda: wd.pushover(torsional(0.1), [0.1], pattern="uniform"), "pattern='uniform' has no direction"),
-        (lambda: wd.pushover(reference_model(), [0.1]), "a frame with hinges is not supported"),
         (lambda: wd.pushover(ISOLATED, [0.1]), "biaxial spring 'bearing' is not supported"),
         (lambda: wd.pushover(chain(), [0.1], control="u4"), "control= names a degree of freedom of a lumped structure"),
         (lambda: wd.pushover(chain(), [0.1], pattern={"u4": 1.0}), "one load per floor of a ShearBuilding"),

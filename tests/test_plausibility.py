@@ -61,7 +61,7 @@ def stop_after_the_check(monkeypatch):
 
     monkeypatch.setattr(door, "Run", reached)
     monkeypatch.setattr(pilot, "choose_method", reached)
-    monkeypatch.setattr(pushover, "_spring_and_coefficients", reached)
+    monkeypatch.setattr(pushover, "spring_and_coefficients", reached)
     monkeypatch.setattr(build, "build_kernel", reached)
     monkeypatch.setattr(queues.CpuQueue, "launch", reached)
 

@@ -73,6 +73,7 @@ def test_every_command_is_known_here() -> None:
         "laws",
         "simcenter",
         "torsion",
+        "four_storey_frame",
         "torsional_speed",
     }
     assert sorted(scripts) == sorted(f"studies/{name}.py" for name in names)

@@ -34,7 +34,7 @@ BASE_SHEAR = {"units": "N", "long_name": "sum of the lateral loads"}
 DISSIPATED = {"units": "J", "long_name": "work done less what is stored"}
 
 
-def _spring_and_coefficients(building: ShearBuilding | LumpedStructure) -> tuple[StoreyRules, np.ndarray]:
+def spring_and_coefficients(building: ShearBuilding | LumpedStructure) -> tuple[StoreyRules, np.ndarray]:
     """Return the device functions of the storeys or springs, and their coefficients, shape [coefficient, storey]."""
     values = of_springs_only(building.parameters) if isinstance(building, LumpedStructure) else building.parameters
     parameters = {name: np.atleast_1d(value)[None] for name, value in values.items()}
@@ -138,7 +138,8 @@ def pushover(
     A lumped structure is pushed in the same way, by loads on its degrees of freedom: springs take the place of storeys,
     and one degree of freedom (`control`) that of the roof. Its equilibria are found by Newton's method. An equilibrium
     counts if it is stable at the prescribed displacement: the tangent stiffness has no negative eigenvalue, or one and
-    the base shear falls.
+    the base shear falls. The massless rotations of a HingedFishbone are unknowns like the displacements of its floors;
+    gravity on leaning columns acts from the start.
 
     Drift capacities of storeys and deformation capacities of springs are not considered.
 
@@ -149,8 +150,9 @@ def pushover(
             displacements of the degree of freedom `control` [m, rad for a rotation].
         pattern: "first_mode" (floor mass times first mode), "triangular" (floor mass times height above the ground),
             "uniform" (floor mass), or floor loads of any scale [1], shape [floor]. For a lumped structure "first_mode"
-            (load mass times first mode), "uniform" (load mass times influence, only with one component of base motion),
-            or loads of any scale, {degree of freedom: load} or shape [dof].
+            (load mass times first mode), "triangular" (load mass times height, only of frames), "uniform" (load mass
+            times influence, only with one component of base motion), or loads of any scale, {degree of freedom: load}
+            or shape [dof].
         control: Name of the degree of freedom of a lumped structure whose displacement is prescribed; None: the
             translation with the largest positive displacement under the loads in elastic equilibrium.
 
@@ -166,7 +168,8 @@ def pushover(
         instead of those of storeys; `displacement`, shape [step, dof]; `dof_load`, the loads over the base shear, shape
         [dof]. The base shear is the sum of the loads times the displacements under a unit displacement of the base, in
         the component of base motion in which it is largest. The attributes `control` and `component` (counted from 1)
-        report the choices.
+        report the choices. The first springs of a HingedFishbone are its storeys: `spring_force` is the shear of their
+        columns, and `dissipated_energy` is 0, because hinges dissipate the energy.
 
     Raises:
         ValueError: If a displacement is not finite, or the pattern is unknown, negative or without a load on the roof;
@@ -194,7 +197,7 @@ def pushover(
     parameters = building.parameters
     loads = floor_loads(pattern, parameters["mass"], parameters["height"], effective_stiffness(parameters))
     _warn_of_implausible_path(path / parameters["height"].sum())
-    pushed = pushed_along(PushedChain(building, storey_shears(loads), *_spring_and_coefficients(building)), path)
+    pushed = pushed_along(PushedChain(building, storey_shears(loads), *spring_and_coefficients(building)), path)
     made = _storey_dataset(
         building, pushed.drift, pushed.force, pushed.dissipated, "building pushed slowly by lateral loads", "pushover"
     )
@@ -221,17 +224,14 @@ def _pushed_structure(
             f"pushover(): biaxial spring {name!r} is not supported: replace it by two springs, or simulate the "
             "structure under forces that increase slowly, wd.ForceHistory(values, step)"
         )
-    if structure.column_line is not None:
-        raise ValueError(
-            "pushover(): a frame with hinges is not supported, because its rotations have no mass: simulate it under "
-            "forces that increase slowly, wd.ForceHistory(values, step)"
-        )
     loads, component = dof_loads(structure, pattern)
     place = control_dof(structure, loads, control)
     if structure.storeys and not structure.kinds.rotating["dof"][place]:
         _warn_of_implausible_path(path / structure.parameters["height"].sum())
-    pushed = pushed_along(PushedStructure(structure, loads, place, *_spring_and_coefficients(structure)), path)
+    pushed = pushed_along(PushedStructure(structure, loads, place, *spring_and_coefficients(structure)), path)
     steps, units = np.arange(len(pushed.base_shear), dtype=np.int32), structure.kinds.units
+    shears = structure.forces_of_gauges(pushed.displacement)
+    force = np.concatenate([shears, pushed.force[:, shears.shape[1] :]], axis=1)
     of_springs, dof = ("step", "spring"), structure.dof_names[place]
     along = {"units": "rad" if structure.kinds.rotating["dof"][place] else "m", "long_name": f"displacement of {dof}"}
     return xr.Dataset(
@@ -240,7 +240,7 @@ def _pushed_structure(
             "base_shear": ("step", pushed.base_shear, BASE_SHEAR),
             "displacement": (
                 ("step", "dof"),
-                pushed.displacement,
+                pushed.displacement[:, : structure.dofs],
                 {"units": units("dof", "m"), "long_name": "displacement"},
             ),
             "spring_deformation": (
@@ -250,7 +250,7 @@ def _pushed_structure(
             ),
             "spring_force": (
                 of_springs,
-                pushed.force,
+                force,
                 {"units": units("spring", "N"), "long_name": "restoring force of the spring"},
             ),
             "dissipated_energy": (of_springs, pushed.dissipated, DISSIPATED),

@@ -40,7 +40,7 @@ class Purpose(IntEnum):
     RECORDS_OF_EARTHQUAKES = 8  # once per grid
     BETWEEN_EARTHQUAKES = 9  # residuals of intensity fields, once for all fields
     WITHIN_EARTHQUAKES = 10
-    SENSOR_NOISE = 12  # of a controlled structure; the counter is that of the sampling instant
+    SENSOR_NOISE = 16  # of a controlled structure; the counter is that of the sampling instant
     ROAD = 11  # phases of waves in a road profile; the index is that of the profile
     RARE_EVENTS = 12  # samples of subset simulation and importance sampling, once per call
     SYNTHETIC_PARAMETERS = 13  # parameters of synthetic motions; `sample` is then the index of the motion

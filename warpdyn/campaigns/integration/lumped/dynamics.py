@@ -16,7 +16,7 @@ from warpdyn.engine.laws.building_law import BuildingLaw
 from warpdyn.engine.laws.contacts.contact import Contact
 from warpdyn.engine.laws.contacts.parameters import HertzContact
 from warpdyn.engine.laws.elastic.parameters import Elastic
-from warpdyn.engine.laws.ibarra_medina_krawinkler import capped_rules
+from warpdyn.engine.laws.ibarra_medina_krawinkler import branchless_rules, capped_rules
 from warpdyn.engine.laws.springs import StoreyRules, Variant, number_of_coefficients
 from warpdyn.engine.methods.stability_limits import stable_step_of_eigenvalues, stable_step_of_yielding
 from warpdyn.engine.methods.state_matrices import highest_damping_rate, state_eigenvalues
@@ -62,10 +62,13 @@ class LumpedDynamics(Dynamics):
             refuses_implicit=self._refuses_implicit(),
         )
         self.counts_reversals = structure.storey_law.counts_reversals(values)
-        is_capped = structure.column_line is not None and str(self.law) == capped_rules.GENERAL
-        if is_capped and capped_rules.applies(of_springs, representative):  # read the first coefficients
-            self.law = capped_rules.variant()
-            self.counts_reversals = False  # hinges do not deteriorate
+        if structure.column_line is not None:
+            # Rotations of hinges are unknowns, not differences of displacements. Measured errors of float32 with
+            # deteriorating hinges: up to 1.5e-5 of the peak drift, at drift ratios up to 8 %.
+            self.counts_reversals = False
+            if str(self.law) == capped_rules.GENERAL:
+                is_capped = capped_rules.applies(of_springs, representative)  # reads the first coefficients
+                self.law = capped_rules.variant() if is_capped else branchless_rules.variant(self.law)
         self.is_sensitive = structure.storey_law.is_sensitive(values)
         self.has_drift_capacity = "deformation_capacity" in structure.parameters
         self.damping = "mass_proportional" if structure.damping in ("rayleigh", "mass_proportional") else "none"

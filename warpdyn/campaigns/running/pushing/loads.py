@@ -8,10 +8,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from warpdyn.foundations.core.checks import checked_text, finite_numbers, one_of
+from warpdyn.model.structures.frames.reduced_frame import ReducedFrame
 from warpdyn.model.structures.lumped.names import check_known, checked_coefficients, row_of
 from warpdyn.model.structures.lumped.structure import LumpedStructure
 
-PATTERNS = ("first_mode", "uniform")
+PATTERNS = ("first_mode", "triangular", "uniform")
 LEAST_SHARE = 1e-9  # of the loads' sizes; a smaller resultant in the direction of the base motion is rounding
 
 
@@ -23,9 +24,9 @@ def dof_loads(structure: LumpedStructure, pattern: str | Mapping[str, float] | A
 
     Args:
         structure: The structure.
-        pattern: "first_mode" (load mass times first mode shape), "uniform" (load mass times the influence vector, for a
-            structure with one component of base motion), or loads of any scale: {degree of freedom: load}, or shape
-            [dof].
+        pattern: "first_mode" (load mass times first mode shape), "triangular" (load mass times height above the ground,
+            for frames), "uniform" (load mass times the influence vector, for a structure with one component of base
+            motion), or loads of any scale: {degree of freedom: load}, or shape [dof].
 
     Returns:
         Loads per unit of the base shear, shape [dof]; index of the component.
@@ -36,19 +37,7 @@ def dof_loads(structure: LumpedStructure, pattern: str | Mapping[str, float] | A
     """
     one = {name: values[None] for name, values in structure.parameters.items()}
     if isinstance(pattern, str):
-        if pattern == "triangular":
-            raise ValueError(
-                "a lumped structure has no heights for pattern='triangular': give the loads, such as pattern="
-                f"{{{structure.dof_names[0]!r}: 1.0}}"
-            )
-        one_of("load pattern", pattern, PATTERNS)
-        if pattern == "uniform" and structure.components > 1:
-            raise ValueError(
-                f"pattern='uniform' has no direction: the structure has {structure.components} components of base "
-                f"motion. Give the loads, such as pattern={{{structure.dof_names[0]!r}: 1.0}}"
-            )
-        shape = structure.modal()["shape"].values[0] if pattern == "first_mode" else structure.influence[:, 0]
-        loads = structure.load_masses(one)[0] @ shape
+        loads = structure.load_masses(one)[0] @ _shape_of(structure, pattern)
     elif isinstance(pattern, Mapping):
         given = checked_coefficients("pattern", pattern)
         check_known("pattern", given, structure.dof_names)
@@ -69,6 +58,27 @@ def dof_loads(structure: LumpedStructure, pattern: str | Mapping[str, float] | A
             f"the direction of influence, such as pattern={{{_moved(structure)!r}: 1.0}}"
         )
     return loads / resultants[component], component
+
+
+def _shape_of(structure: LumpedStructure, pattern: str) -> np.ndarray:
+    """Return the displacements whose product with the load mass is a pattern, shape [dof]."""
+    one_of("load pattern", pattern, PATTERNS)
+    if pattern == "first_mode":
+        found: np.ndarray = structure.modal()["shape"].values[0]
+        return found
+    if pattern == "triangular":
+        if not isinstance(structure, ReducedFrame) or structure.reduction != "static":
+            raise ValueError(
+                "a lumped structure that is not a frame has no heights for pattern='triangular': give the loads, such "
+                f"as pattern={{{structure.dof_names[0]!r}: 1.0}}"
+            )
+        return structure.frame.elevations(structure.frame.numbering.free[structure.kept])
+    if structure.components > 1:
+        raise ValueError(
+            f"pattern='uniform' has no direction: the structure has {structure.components} components of base "
+            f"motion. Give the loads, such as pattern={{{structure.dof_names[0]!r}: 1.0}}"
+        )
+    return structure.influence[:, 0]
 
 
 def control_dof(structure: LumpedStructure, loads: np.ndarray, control: str | None) -> int:

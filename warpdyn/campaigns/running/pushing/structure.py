@@ -23,8 +23,9 @@ MOST_TRIED = 8  # most springs that are tried as the only one that softens
 class PushedStructure(Pushed):
     """A lumped structure in equilibrium under loads; `push` moves it to the next displacement of one degree of freedom.
 
-    The resistance is R(q) = sum of the springs' forces on the degrees of freedom + (K - K_geometric) q; in equilibrium
-    it is the load factor times the load pattern.
+    The resistance is R(q) = sum of the springs' forces on the coordinates + (K - K_geometric) q; in equilibrium it is
+    the load factor times the load pattern. Coordinates are the degrees of freedom and, in a frame with hinges,
+    rotations without mass and loads.
 
     Args:
         structure: The structure.
@@ -43,25 +44,24 @@ class PushedStructure(Pushed):
         coefficients: np.ndarray,
     ) -> None:
         super().__init__(rules, coefficients)
-        self.structure, self.loads, self.control = structure, loads, control
-        one = {name: values[None] for name, values in structure.parameters.items()}
-        self.rows = structure.directions
-        elastic = structure.elastic_matrices(one) - structure.geometric_matrices(one)
-        self.elastic: np.ndarray = (np.zeros((1, structure.dofs, structure.dofs)) + elastic)[0]
+        self.structure, self.control = structure, control
+        self.rows, self.elastic = structure.static_system()
+        coordinates = len(self.elastic)
+        self.loads: np.ndarray = np.append(loads, np.zeros(coordinates - structure.dofs))
         self.launch.launch()  # devices have their stiffness in the law
         of_law = np.where(self.tangent > 0, self.tangent, 0.0)
         stiffness = structure.parameters["stiffness"]
         self.stiffness = np.where(stiffness > 0, stiffness, of_law)
         self.initial = self._matrix(self.stiffness)
         self.factor = cho_factor(self.initial)
-        flexible = cho_solve(self.factor, loads)
-        self.load_stiffness = float(1 / (loads @ flexible))  # base shear over the displacement in its direction [N/m]
+        flexible = cho_solve(self.factor, self.loads)
+        self.load_stiffness = float(1 / (self.loads @ flexible))  # base shear / displacement [N/m]
         # Elastic displacements under the loads at a control displacement of 1, and the load factor per m.
         self.control_stiffness = float(1 / flexible[control])
         self.elastic_shape: np.ndarray = flexible * self.control_stiffness
         self.tangent_shape = self.elastic_shape
-        self.displacement, self.trial_displacement = np.zeros(structure.dofs), np.zeros(structure.dofs)
-        self.last_moves, self.softening = np.zeros(structure.dofs), 0
+        self.displacement, self.trial_displacement = np.zeros(coordinates), np.zeros(coordinates)
+        self.last_moves, self.softening = np.zeros(coordinates), 0
 
     @property
     def reached(self) -> float:
@@ -70,7 +70,7 @@ class PushedStructure(Pushed):
 
     @property
     def moved(self) -> np.ndarray:
-        """Displacements of the degrees of freedom [m], shape [dof]."""
+        """Displacements along the coordinates [m], shape [coordinate]."""
         return self.displacement.copy()
 
     def reason_to_stop(self) -> str:
@@ -136,7 +136,7 @@ class PushedStructure(Pushed):
         return self._balance(scale)
 
     def _try(self, displacement: np.ndarray) -> None:
-        """Evaluate all springs at trial displacements, shape [dof]."""
+        """Evaluate all springs at trial displacements, shape [coordinate]."""
         self.trial_displacement = displacement
         self.trial[:] = self.rows @ displacement
         self.launch.launch()
@@ -173,7 +173,7 @@ class PushedStructure(Pushed):
         return False
 
     def _resistance(self) -> np.ndarray:
-        """Return the resistance to the trial displacements [N, N m], shape [dof]."""
+        """Return the resistance to the trial displacements [N, N m], shape [coordinate]."""
         found: np.ndarray = self.rows.T @ self.trial_force + self.elastic @ self.trial_displacement
         return found
 
@@ -196,27 +196,27 @@ class PushedStructure(Pushed):
         return np.where(np.abs(self.tangent) < least, least, self.tangent)
 
     def _matrix(self, tangents: np.ndarray) -> np.ndarray:
-        """Return the stiffness matrix for tangents of the springs [N/m], shape [dof, dof]."""
+        """Return the stiffness matrix for tangents of the springs [N/m], shape [coordinate, coordinate]."""
         found: np.ndarray = (self.rows.T * tangents) @ self.rows + self.elastic
         return found
 
     def _correction(self, stiffness: np.ndarray) -> np.ndarray:
-        """Return Newton's corrections of the displacements, shape [dof], which leave the controlled one unchanged.
+        """Return Newton's corrections of the displacements, shape [coordinate]; the controlled one does not change.
 
         Args:
-            stiffness: Stiffness matrix [N/m], shape [dof, dof].
+            stiffness: Stiffness matrix [N/m], shape [coordinate, coordinate].
         """
-        dofs, unit = len(self.loads), self.control_stiffness  # the unknown base shear in units of this stiffness
-        bordered = np.zeros((dofs + 1, dofs + 1))
-        bordered[:dofs, :dofs] = stiffness
-        bordered[:dofs, dofs] = -unit * self.loads
-        bordered[dofs, self.control] = unit
+        count, unit = len(self.loads), self.control_stiffness  # the unknown base shear in units of this stiffness
+        bordered = np.zeros((count + 1, count + 1))
+        bordered[:count, :count] = stiffness
+        bordered[:count, count] = -unit * self.loads
+        bordered[count, self.control] = unit
         try:
             found: np.ndarray = np.linalg.solve(bordered, np.append(-self._resistance(), 0.0))
         except np.linalg.LinAlgError:  # the tangents allow a free motion at the prescribed displacement
             found = np.linalg.lstsq(bordered, np.append(-self._resistance(), 0.0))[0]
         found[self.control] = 0.0
-        return found[:dofs]
+        return found[:count]
 
     def _softens(self) -> np.ndarray:
         """Return which springs moved in this step and have a negative tangent stiffness, shape [spring]."""

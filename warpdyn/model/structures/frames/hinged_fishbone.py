@@ -11,10 +11,12 @@ from numpy.typing import ArrayLike
 from warpdyn.engine.kernels.lumped.pattern import ColumnLine
 from warpdyn.engine.laws.elastic.parameters import Elastic
 from warpdyn.foundations.core.checks import check_kind
-from warpdyn.foundations.core.near_misses import with_suggestions
+from warpdyn.foundations.core.near_misses import suggests_names, with_suggestions
 from warpdyn.model.structures.frames.column_line import ENDS, base_turn, check_gravity, checked_hinges, checked_line
 from warpdyn.model.structures.frames.frame import Frame
 from warpdyn.model.structures.frames.hinges.hinged_structure import Hinge, HingedStructure
+from warpdyn.model.structures.frames.joined_hinges import joined_hinges
+from warpdyn.model.structures.frames.line_statics import line_statics
 from warpdyn.model.structures.frames.members.elements import Sections, shear_ratio
 from warpdyn.model.structures.lumped.spring import Spring
 
@@ -106,6 +108,41 @@ class HingedFishbone(HingedStructure):
             damping_matrix=damping_matrix,
         )
 
+    @classmethod
+    @suggests_names
+    def from_frame(
+        cls, frame: Frame, hinges: Mapping[tuple[str, str], Mapping[str, Any]], **settings: Any
+    ) -> HingedFishbone:
+        """Return the fish-bone of a frame whose members have hinges.
+
+        The frame is joined as by `fishbone`. The hinges at the lower ends of the columns of a storey become one hinge,
+        as do those at the upper ends, and those of all beams of a floor: stiffnesses and yield moments are added.
+        Rotations and ratios are means weighted by the yield moments, so that energy capacities (deterioration rotation
+        times yield moment) are added, too; `hardening_ratio` is weighted by the stiffnesses.
+
+        Args:
+            frame: Frame with rigid floors whose members have springs where they have hinges.
+            hinges: Laws of the hinges of the frame, {(member, "start" or "end"): {"law": law, parameter: value}}.
+            **settings: Other arguments of HingedFishbone, such as `damping` and `drift_capacity`.
+
+        Raises:
+            ValueError: If `fishbone` refuses the frame, only some ends of a floor's beams or of a storey's columns have
+                hinges, or these hinges have different laws.
+
+        Example:
+            >>> springs = {"spring_start": 5e8, "spring_end": 5e8}  # N m/rad
+            >>> told = portal.description()
+            >>> for name in told["members"]:
+            ...     told["members"][name] |= springs
+            >>> steel = {"law": "bilinear", "yield_force": 3e5, "hardening_ratio": 0.003}
+            >>> hinges = {(name, end): steel for name in told["members"] for end in ("start", "end")}
+            >>> bone = wd.HingedFishbone.from_frame(wd.Frame(**told), hinges)
+            >>> {str(spring.name): float(spring.parameters["yield_force"]) for spring in bone.springs[1:]}
+            {'C1 start': 600000.0, 'C1 end': 600000.0, 'B1 start': 600000.0}
+        """
+        check_kind("HingedFishbone.from_frame", "a Frame", frame, Frame, argument="frame")
+        return cls(*joined_hinges(frame, hinges), **settings)
+
     def _gauges(self, names: Sequence[str]) -> tuple[list[Spring], list[float]]:
         """Return the storeys followed by the hinges, storey by storey, and the storey heights [m]."""
         found, heights = super()._gauges(names)
@@ -150,3 +187,15 @@ class HingedFishbone(HingedStructure):
         rows.append(np.full(count, 0.0 if turn is True else float(turn)))
         of_hinges = np.broadcast_to(values["stiffness"], (count, len(self.springs)))[:, len(self.line) :]
         return np.concatenate([np.stack(rows), of_hinges.T])
+
+    def static_system(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return the equations of static equilibrium of floors, joints and ends of members; see LumpedMatrices."""
+        deformations, stiffness, _ = line_statics(self)
+        one = {name: values[None] for name, values in self.parameters.items()}
+        stiffness[: self.dofs, : self.dofs] -= (np.zeros((1, self.dofs, self.dofs)) + self.geometric_matrices(one))[0]
+        return deformations, stiffness
+
+    def forces_of_gauges(self, coordinates: np.ndarray) -> np.ndarray:
+        """Return the storey shears of the columns [N], shape [step, storey]; see LumpedMatrices."""
+        found: np.ndarray = coordinates @ line_statics(self).shears.T
+        return found

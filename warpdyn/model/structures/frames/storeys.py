@@ -26,6 +26,18 @@ class FrameStoreys:
         """Return the height of a diaphragm [m]."""
         return float(self.nodes[self.diaphragms[diaphragm][0]]["y"])
 
+    def elevations(self, numbers: np.ndarray) -> np.ndarray:
+        """Return the heights of horizontal degrees of freedom above the lowest support [m], 0 for others.
+
+        Args:
+            numbers: Numbers of the degrees of freedom, shape [dof].
+        """
+        found, height = np.zeros(numbers.size), self.coordinates[:, 1]
+        base = min((self.nodes[name]["y"] for name in self.supports), default=float(height.min()))
+        for node, number in enumerate(self.numbering.places[:, 0]):
+            found[numbers == number] = height[node] - base
+        return found
+
     @property
     def storey_drifts(self) -> dict[str, tuple[str, str | None, float]]:
         """Storeys from the ground up, {"drift 1": (upper floor, lower floor or None for the ground, height [m])}."""

@@ -163,6 +163,28 @@ class LumpedMatrices:
         """Return the stiffness that gravity takes away [N/m], shape [structure or 1, dof, dof], or 0."""
         return self.matrices.get("geometric_stiffness", 0.0)
 
+    def static_system(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return the equations of static equilibrium: deformations of the springs, and the stiffness without springs.
+
+        The first coordinates are the degrees of freedom. Further coordinates are massless and have no loads.
+
+        Returns:
+            Coefficients of the springs' deformations, shape [spring, coordinate]; elastic minus geometric stiffness
+            [N/m], shape [coordinate, coordinate].
+        """
+        one = {name: values[None] for name, values in self.parameters.items()}
+        elastic = np.zeros((1, len(self.dof_names), len(self.dof_names)))
+        elastic = elastic + self.elastic_matrices(one) - self.geometric_matrices(one)
+        return self.directions, elastic[0]
+
+    def forces_of_gauges(self, coordinates: np.ndarray) -> np.ndarray:
+        """Return the forces that members exert in place of the first springs [N], shape [step, spring].
+
+        Args:
+            coordinates: Coordinates of `static_system`, shape [step, coordinate].
+        """
+        return np.zeros((len(coordinates), 0))
+
     def output_matrices(self, values: Values) -> np.ndarray:
         """Return the coefficients of the outputs, shape [structure or 1, output, dof]."""
         return self.output_rows[None]

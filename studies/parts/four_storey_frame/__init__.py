@@ -1,0 +1,1 @@
+"""Parts of the study studies/four_storey_frame.py."""
