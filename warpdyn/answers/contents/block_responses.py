@@ -79,7 +79,7 @@ def rocking_response(
         "time_of_overturning": (found["time_of_overturning"], "time at which the block lies on its side", "s"),
         "impacts": (found["impacts"], "number of impacts during the motion", "1"),
     }
-    return _dataset(name, moves, list(known), scale_factors, variables)
+    return _responses(name, moves, list(known), scale_factors, variables)
 
 
 @suggests_names
@@ -132,7 +132,7 @@ def sliding_response(
             "m",
         ),
     }
-    return _dataset(name, moves, list(known), scale_factors, variables)
+    return _responses(name, moves, list(known), scale_factors, variables)
 
 
 def rocked_blocks(
@@ -152,7 +152,7 @@ def rocked_blocks(
     return rocked(moves.arrays, arrays, np.ascontiguousarray(factors), device, threads)
 
 
-def _dataset(
+def _responses(
     function: str,
     moves: BaseMotions,
     names: list[str],
