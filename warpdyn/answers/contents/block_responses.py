@@ -41,8 +41,8 @@ def rocking_response(
     "Rocking response of free-standing blocks under cycloidal pulses".
 
     Args:
-        excitation: One ground motion or several; or a run of `simulate` with `histories=`, whose floors the blocks
-            stand on. Blocks do not act on the floor. The motion of a building that collapses ends with the collapse.
+        excitation: One ground motion or several; or a run of `simulate` with `histories=`, on whose floors the
+            blocks are. Blocks do not act on the floor. The motion of a building that collapses ends with the collapse.
         blocks: One block, or a dictionary of names and blocks.
         scale_factors: Factors on the accelerations [1], one number or a row.
         floors: Numbers of floors (or names of degrees of freedom) of the run; None: all.
@@ -99,8 +99,9 @@ def sliding_response(
     Source: Newmark (1965), "Effects of earthquakes on dams and embankments".
 
     Args:
-        excitation, scale_factors, floors, device, threads: As in `rocking_response`.
+        excitation, floors, device, threads: As in `rocking_response`.
         blocks: One block, or a dictionary of names and blocks.
+        scale_factors: Factors on the accelerations [1], one number or a row.
 
     Returns:
         Dataset with the dimensions of `rocking_response`: `peak_sliding_displacement` and

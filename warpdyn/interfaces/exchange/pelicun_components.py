@@ -48,6 +48,7 @@ def read_pelicun_components(
         ValueError: If an identifier is unknown or incomplete (`Incomplete` = 1), or its demand is neither the drift
             ratio nor the floor acceleration, or a value is wrong. The error names the file and the component.
         FileNotFoundError: If a file does not exist.
+        TypeError: If `names` is not a list of identifiers.
 
     Example:
         >>> text = "ID,Incomplete,Demand-Type,Demand-Unit,Demand-Offset,LS1-Family,LS1-Theta_0,LS1-Theta_1\\n"
