@@ -41,8 +41,8 @@ def rocking_response(
     "Rocking response of free-standing blocks under cycloidal pulses".
 
     Args:
-        excitation: One ground motion or several; or a run of `simulate` with `histories=`, whose floors the blocks
-            stand on. Blocks do not act on the floor. The motion of a building that collapses ends with the collapse.
+        excitation: One ground motion or several; or a run of `simulate` with `histories=`, on whose floors the
+            blocks are. Blocks do not act on the floor. The motion of a building that collapses ends with the collapse.
         blocks: One block, or a dictionary of names and blocks.
         scale_factors: Factors on the accelerations [1], one number or a row.
         floors: Numbers of floors (or names of degrees of freedom) of the run; None: all.
@@ -79,7 +79,7 @@ def rocking_response(
         "time_of_overturning": (found["time_of_overturning"], "time at which the block lies on its side", "s"),
         "impacts": (found["impacts"], "number of impacts during the motion", "1"),
     }
-    return _dataset(name, moves, list(known), scale_factors, variables)
+    return _responses(name, moves, list(known), scale_factors, variables)
 
 
 @suggests_names
@@ -99,8 +99,9 @@ def sliding_response(
     Source: Newmark (1965), "Effects of earthquakes on dams and embankments".
 
     Args:
-        excitation, scale_factors, floors, device, threads: As in `rocking_response`.
+        excitation, floors, device, threads: As in `rocking_response`.
         blocks: One block, or a dictionary of names and blocks.
+        scale_factors: Factors on the accelerations [1], one number or a row.
 
     Returns:
         Dataset with the dimensions of `rocking_response`: `peak_sliding_displacement` and
@@ -132,7 +133,7 @@ def sliding_response(
             "m",
         ),
     }
-    return _dataset(name, moves, list(known), scale_factors, variables)
+    return _responses(name, moves, list(known), scale_factors, variables)
 
 
 def rocked_blocks(
@@ -152,7 +153,7 @@ def rocked_blocks(
     return rocked(moves.arrays, arrays, np.ascontiguousarray(factors), device, threads)
 
 
-def _dataset(
+def _responses(
     function: str,
     moves: BaseMotions,
     names: list[str],

@@ -48,6 +48,7 @@ def read_pelicun_components(
         ValueError: If an identifier is unknown or incomplete (`Incomplete` = 1), or its demand is neither the drift
             ratio nor the floor acceleration, or a value is wrong. The error names the file and the component.
         FileNotFoundError: If a file does not exist.
+        TypeError: If `names` is not a list of identifiers.
 
     Example:
         >>> text = "ID,Incomplete,Demand-Type,Demand-Unit,Demand-Offset,LS1-Family,LS1-Theta_0,LS1-Theta_1\\n"
@@ -107,7 +108,7 @@ def _row(path: str | os.PathLike | None, table: pd.DataFrame, name: object) -> M
     return row
 
 
-def _number(row: Mapping[str, str], column: str) -> float:
+def _number_in(row: Mapping[str, str], column: str) -> float:
     """Return a number of a row; raise a ValueError that names the column if it is missing."""
     text = row.get(column, "").strip()
     try:
@@ -139,8 +140,8 @@ def _component(row: Mapping[str, str], costs: Mapping[str, str] | None) -> Compo
         family = row.get(f"{state}-Family", "lognormal").strip()
         if family != "lognormal":
             raise ValueError(f"{state}-Family must be 'lognormal', got {family!r}")
-        medians.append(factors[unit] * _number(row, f"{state}-Theta_0"))
-        dispersions.append(_number(row, f"{state}-Theta_1"))
+        medians.append(factors[unit] * _number_in(row, f"{state}-Theta_0"))
+        dispersions.append(_number_in(row, f"{state}-Theta_1"))
         given = row.get(f"{state}-DamageStateWeights", "").strip()
         shares = np.array([float(each) for each in given.split("|")] if given else [1.0])
         if abs(shares.sum() - 1) > 1e-3:
@@ -162,7 +163,7 @@ def _cost(row: Mapping[str, str], state: int) -> float | RepairCost:
     family = row.get(f"DS{state}-Family", "").strip()
     if family not in ("normal", "lognormal", ""):
         raise ValueError(f"DS{state}-Family must be 'normal' or 'lognormal', got {family!r}")
-    factor = np.exp(0.5 * _number(row, f"DS{state}-Theta_1") ** 2) if family == "lognormal" else 1.0
+    factor = np.exp(0.5 * _number_in(row, f"DS{state}-Theta_1") ** 2) if family == "lognormal" else 1.0
     parts = text.split("|")
     try:
         numbers = [np.array([float(each) for each in part.split(",")]) for part in parts]
