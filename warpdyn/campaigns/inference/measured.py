@@ -79,7 +79,9 @@ class MeasuredLoop(FrozenArrays):
                 )
         for name, values in {"drift": drift, "force": force}.items():
             if np.ptp(values) == 0:
-                raise ValueError(f"MeasuredLoop.{name} is {values[0]:g} at every point, which is no loop")
+                raise ValueError(
+                    f"MeasuredLoop.{name} is {values[0]:g} at every point: a loop needs values that change"
+                )
         object.__setattr__(self, "drift", drift)
         object.__setattr__(self, "force", force)
         object.__setattr__(self, "first", _check_first(self.first, drift.size))
