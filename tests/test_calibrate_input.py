@@ -34,7 +34,7 @@ WRONG = {
         "every value must be finite",
     ),
     "other length": (lambda: wd.MeasuredLoop(DRIFT, DRIFT[1:]), "force has 40 values and drift has 41"),
-    "constant drift": (lambda: wd.MeasuredLoop(np.zeros(5), np.arange(5.0)), "is no loop"),
+    "constant drift": (lambda: wd.MeasuredLoop(np.zeros(5), np.arange(5.0)), "a loop needs values that change"),
     "too few points": (lambda: wd.MeasuredLoop([0.0, 1.0], [0.0, 1.0]), "at least 3 values"),
     "first beyond the end": (lambda: wd.MeasuredLoop(DRIFT, DRIFT, first=40), "give a smaller first"),
     "nan in a response": (lambda: wd.MeasuredResponse([0.0, np.nan, 1.0], 0.02), "every value must be finite"),

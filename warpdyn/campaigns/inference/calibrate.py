@@ -127,7 +127,7 @@ def calibrate(
     with interruptible():
         _warn_of_implausible(prior, misfit, measured)
         found = temper(likelihood, likelihood.variables, count, random)
-    return _dataset(found, likelihood, measured, seed)
+    return _calibrated_dataset(found, likelihood, measured, seed)
 
 
 @suggests_names
@@ -226,7 +226,7 @@ def _warn_of_implausible(
     findings.warn()
 
 
-def _dataset(
+def _calibrated_dataset(
     found: Tempered, likelihood: Likelihood, measured: MeasuredLoop | MeasuredResponse, seed: int
 ) -> xr.Dataset:
     """Return the result of `calibrate`."""

@@ -18,7 +18,7 @@ FEWEST_POINTS = 3  # of a measurement
 QUANTITIES = {"acceleration": "m s-2", "velocity": "m s-1", "displacement": "m", "storey_force": "N"}
 
 
-def _row(name: str, values: ArrayLike, units: str) -> np.ndarray:
+def _measured_row(name: str, values: ArrayLike, units: str) -> np.ndarray:
     row = finite_numbers(name, values, units)
     if row.ndim != 1 or row.size < FEWEST_POINTS:
         raise ValueError(f"{name} must be a row of at least {FEWEST_POINTS} values, got shape {row.shape}")
@@ -66,10 +66,13 @@ class MeasuredLoop(FrozenArrays):
     first: int = 0
 
     def __post_init__(self) -> None:
-        drift, force = _row("MeasuredLoop.drift", self.drift, "m"), _row("MeasuredLoop.force", self.force, "N")
+        drift, force = (
+            _measured_row("MeasuredLoop.drift", self.drift, "m"),
+            _measured_row("MeasuredLoop.force", self.force, "N"),
+        )
         rows = {"force": force}
         if self.velocity is not None:
-            rows["velocity"] = _row("MeasuredLoop.velocity", self.velocity, "m s-1")
+            rows["velocity"] = _measured_row("MeasuredLoop.velocity", self.velocity, "m s-1")
             object.__setattr__(self, "velocity", rows["velocity"])
         for name, values in rows.items():
             if values.size != drift.size:
@@ -79,7 +82,9 @@ class MeasuredLoop(FrozenArrays):
                 )
         for name, values in {"drift": drift, "force": force}.items():
             if np.ptp(values) == 0:
-                raise ValueError(f"MeasuredLoop.{name} is {values[0]:g} at every point, which is no loop")
+                raise ValueError(
+                    f"MeasuredLoop.{name} is {values[0]:g} at every point: a loop needs values that change"
+                )
         object.__setattr__(self, "drift", drift)
         object.__setattr__(self, "force", force)
         object.__setattr__(self, "first", _check_first(self.first, drift.size))

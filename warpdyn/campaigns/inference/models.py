@@ -28,7 +28,7 @@ def calibrated_scene(model: object, priors: Mapping[str, Any] | None) -> Scene:
 
     Raises:
         TypeError: If the model is not a Scene.
-        ValueError: If priors are given beside those of the scene.
+        ValueError: If priors are given in addition to those of the scene.
     """
     if not isinstance(model, Scene):
         raise TypeError(

@@ -161,7 +161,7 @@ def assimilate(
     _warn_of_divergence(found, measured, count, method)
     kind = {"particle": "metropolis" if is_exact else "liu_west"}.get(method, "none")
     attributes = {"method": method, "rejuvenation": kind, "seed": seed, "measurement": repr(measured)}
-    return _dataset(found, unknowns, normals, weights, measured, scene, attributes)
+    return _filtered_dataset(found, unknowns, normals, weights, measured, scene, attributes)
 
 
 def _check_scene(scene: Scene, measured: MeasuredResponse) -> None:
@@ -253,7 +253,7 @@ def _warn_of_divergence(found: Estimates, measured: MeasuredResponse, count: int
         )
 
 
-def _dataset(
+def _filtered_dataset(
     found: Estimates,
     unknowns: Unknowns,
     normals: np.ndarray,

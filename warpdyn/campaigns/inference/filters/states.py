@@ -106,7 +106,7 @@ class StructureStates:
         self.paused.set_states(found)
 
     def resample(self, members: np.ndarray) -> None:
-        """Let each member go on from the state and with the parameters of another one."""
+        """Give each member the state and the parameters of another one."""
         self.paused.resample(members)
 
     def set_parameters(self, normals: np.ndarray, before: np.ndarray) -> np.ndarray:
