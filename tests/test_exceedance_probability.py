@@ -55,6 +55,13 @@ def test_first_passage_agrees_with_a_filter(run):
     assert (expected < 1 - np.exp(-rate * DURATION) - 0.15).all()
 
 
+def test_times_of_peaks_are_stated(run):
+    found = wd.exceedance_probability(run, LIMITS, demand="peak_storey_drift")
+    assert found.attrs["peaks_recorded"] == "at the ends of integration steps of 0.01 s"  # T/100
+    without = wd.exceedance_probability(run.drop_vars("integration_step"), LIMITS, demand="peak_storey_drift")
+    assert without.attrs["peaks_recorded"] == "at the ends of integration steps"
+
+
 def test_intervals_are_those_of_scipy(run):
     for confidence in (0.95, 0.8):
         found = wd.exceedance_probability(run, LIMITS, demand="peak_storey_drift", confidence=confidence)

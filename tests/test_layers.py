@@ -20,8 +20,18 @@ LAYERS = {
     "foundations": ("core", "files"),
     "engine": ("tracing", "methods", "device", "laws", "kernels"),
     "model": ("structures", "ground_motions", "scene", "inventories", "sites"),
-    "campaigns": ("integration", "accuracy", "preparation", "portfolio", "reductions", "incremental", "running"),
-    "answers": ("fragility", "risk", "sensitivity"),
+    "campaigns": (
+        "integration",
+        "accuracy",
+        "preparation",
+        "portfolio",
+        "reductions",
+        "incremental",
+        "running",
+        "live",
+        "inference",
+    ),
+    "answers": ("fragility", "risk", "sensitivity", "reliability", "contents"),
     "interfaces": ("exchange", "plots", "reports", "command_line"),
 }
 PACKAGES = [f"{layer}.{package}" for layer, packages in LAYERS.items() for package in packages]

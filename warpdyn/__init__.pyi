@@ -1,6 +1,16 @@
 """The public names of warpdyn and the modules they stand in: `__init__.py` loads them from here when asked for."""
 
 from . import truth as truth
+from .answers.contents.block_responses import rocking_response as rocking_response, sliding_response as sliding_response
+from .answers.contents.blocks import RockingBlock as RockingBlock, SlidingBlock as SlidingBlock
+from .answers.contents.component import Component as Component, RepairCost as RepairCost
+from .answers.contents.component_fragility import component_fragility as component_fragility
+from .answers.contents.component_losses import (
+    component_annual_losses as component_annual_losses,
+    component_losses as component_losses,
+)
+from .answers.contents.component_table import components_from_table as components_from_table
+from .answers.contents.overturning import overturning_intervals as overturning_intervals
 from .answers.fragility.building_results import building_results as building_results
 from .answers.fragility.capacity_curves import fragility_from_capacities as fragility_from_capacities
 from .answers.fragility.cloud_curves import fragility_of_cloud as fragility_of_cloud
@@ -10,6 +20,9 @@ from .answers.fragility.fragility_curves import fragility as fragility
 from .answers.fragility.posterior import fragility_posterior as fragility_posterior
 from .answers.fragility.sample_size.level_choice import levels_for as levels_for
 from .answers.fragility.sample_size.target_precision import fragility_to as fragility_to
+from .answers.reliability.importance_sampling import importance_sampling as importance_sampling
+from .answers.reliability.scene_limit_state import SceneLimitState as SceneLimitState
+from .answers.reliability.subset_simulation import subset_simulation as subset_simulation
 from .answers.risk.annual_rates import annual_rates as annual_rates
 from .answers.risk.buildings.annual_losses import building_annual_losses as building_annual_losses
 from .answers.risk.collapse_margin import (
@@ -39,6 +52,10 @@ from .answers.sensitivity.tornado import tornado as tornado
 from .campaigns.accuracy.method_choice import MethodChoice as MethodChoice
 from .campaigns.accuracy.pilot import plan as plan
 from .campaigns.incremental.capacities import capacities as capacities
+from .campaigns.inference.calibrate import calibrate as calibrate, sample_posterior as sample_posterior
+from .campaigns.inference.filters.assimilate import assimilate as assimilate
+from .campaigns.inference.measured import MeasuredLoop as MeasuredLoop, MeasuredResponse as MeasuredResponse
+from .campaigns.inference.posterior import compare_evidence as compare_evidence, posterior_scatter as posterior_scatter
 from .campaigns.integration.settings import Execution as Execution, Integration as Integration
 from .campaigns.live import packets as packets
 from .campaigns.live.live import Live as Live
@@ -75,6 +92,7 @@ from .interfaces.exchange.openquake_tables import (
     write_taxonomy_mapping as write_taxonomy_mapping,
 )
 from .interfaces.exchange.pelicun import write_pelicun_demands as write_pelicun_demands
+from .interfaces.exchange.pelicun_components import read_pelicun_components as read_pelicun_components
 from .interfaces.exchange.pelicun_reader import read_pelicun_demands as read_pelicun_demands
 from .interfaces.exchange.regional.building_files import write_building_results as write_building_results
 from .interfaces.exchange.regional.openquake_damages import write_openquake_damages as write_openquake_damages
@@ -128,6 +146,7 @@ from .model.ground_motions.roads.profiles import RandomRoad as RandomRoad, RoadB
 from .model.scene.distributions.closed_form import Lognormal as Lognormal, Normal as Normal, Uniform as Uniform
 from .model.scene.distributions.numerical import Empirical as Empirical, Truncated as Truncated
 from .model.scene.portfolio import Archetype as Archetype, Portfolio as Portfolio
+from .model.scene.recording.floor_spectra import FloorSpectra as FloorSpectra
 from .model.scene.scatter import (
     GivenFactors as GivenFactors,
     GivenValues as GivenValues,

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from .buildings import PROBLEMS as BUILDINGS
 from .chains import PROBLEMS as CHAINS
+from .contents import PROBLEMS as CONTENTS
 from .devices import PROBLEMS as DEVICES
+from .filters import PROBLEMS as FILTERS
 from .loops import PROBLEMS as LOOPS
 from .lumped import PROBLEMS as LUMPED
 from .lumped_devices import PROBLEMS as LUMPED_DEVICES
@@ -17,6 +19,7 @@ from .yielding import PROBLEMS as YIELDING
 
 PROBLEMS: tuple[Problem, ...] = (
     *SDOF, *METHODS, *CHAINS, *BUILDINGS, *YIELDING, *DEVICES, *LOOPS, *RANDOM, *RISK, *LUMPED, *LUMPED_DEVICES,
+    *CONTENTS, *FILTERS,
 )  # fmt: skip
 
 __all__ = ["PROBLEMS", "Problem", "Verdict", "judge"]

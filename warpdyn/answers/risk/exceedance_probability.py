@@ -41,6 +41,10 @@ def exceedance_probability(
     conservative (too wide) if the structures are the points of a Sobol sequence. If samples share records, use
     `fragility` or `fragility_of_cloud`, whose intervals account for this.
 
+    A demand is the largest value at the ends of the integration steps, from `record_from` to the end of the run. Values
+    between steps do not count, which makes the probabilities of rare events too small by some percent: see the chapter
+    "Rare events" of the theory manual. For probabilities below 1e-4 use `subset_simulation`.
+
     Args:
         run: A run, as `simulate` returned it, or some of its samples.
         limits: Limit of each damage state, from the lightest to the heaviest, in the units of the demand, such as
@@ -55,7 +59,7 @@ def exceedance_probability(
     Returns:
         With the dimension `damage_state`: `exceedance_probability` [1] and its bounds `exceedance_probability_lower`
         and `exceedance_probability_upper`, `exceeding_samples` and `damage_limit`; `valid_samples` and
-        `excluded_samples` (failed ones).
+        `excluded_samples` (failed ones). The attribute `peaks_recorded` states the times at which peaks are recorded.
 
     Raises:
         ValueError: If the samples are not independent, a demand is missing, limits are not positive and increasing,
@@ -104,7 +108,20 @@ def exceedance_probability(
         variables["damage_limit"] = variable(along, checked.values[0], f"limit of {checked.single}", units=units)
     states = (along, np.array(checked.states), {"long_name": "damage state"})
     how = f"{100 * confidence:g} %, Clopper and Pearson (1934), independent samples"
-    return xr.Dataset(variables, {along: states}, {"intervals": how, "confidence": confidence})
+    attributes = {"intervals": how, "confidence": confidence, "peaks_recorded": times_of_peaks(run)}
+    return xr.Dataset(variables, {along: states}, attributes)
+
+
+def times_of_peaks(run: xr.Dataset) -> str:
+    """Return words that state at which times the peaks of a run are recorded, with its integration steps [s]."""
+    words = "at the ends of integration steps"
+    if "integration_step" not in run:
+        return words
+    steps = np.unique(run["integration_step"].values)
+    steps = steps[np.isfinite(steps)]
+    if not steps.size:
+        return words
+    return f"{words} of {steps[0]:.6g} s" if steps.size == 1 else f"{words} of {steps[0]:.6g} to {steps[-1]:.6g} s"
 
 
 def _check_independent(run: xr.Dataset) -> None:

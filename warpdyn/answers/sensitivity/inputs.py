@@ -9,7 +9,8 @@ import numpy as np
 from warpdyn.foundations.core.checks import check_kind
 from warpdyn.model.ground_motions.designs import Cloud, Stripes
 from warpdyn.model.scene.correlation import correlation_factor
-from warpdyn.model.scene.scatter import GivenValues, RandomScatter, combined
+from warpdyn.model.scene.normal_variables.structures import values_of_normals
+from warpdyn.model.scene.scatter import GivenValues, RandomScatter
 from warpdyn.model.scene.scene import Scene
 
 
@@ -36,14 +37,8 @@ class Inputs:
 
     def scene_of(self, normals: np.ndarray) -> Scene:
         """Return the scene with given structures: those of correlated normal values, shape [variable, structure]."""
-        structure, start = self.scene.structure, 0
-        given, every = {}, np.arange(normals.shape[1])
-        for name, spread in self.scene.scatter.items():
-            count = spread.variables(structure.length_of(name))
-            nominal, varied = structure.nominal_values[name], spread.varied(name, structure)
-            values = structure.tied(name, combined(nominal, spread, normals[start : start + count], every, varied))
-            given[name] = GivenValues(values.T)
-            start += count
+        values = values_of_normals(self.scene.structure, self.scene.scatter, normals)
+        given = {name: GivenValues(each) for name, each in values.items()}
         return replace(self.scene, scatter=given, correlation={})
 
 

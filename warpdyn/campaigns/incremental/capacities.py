@@ -266,7 +266,8 @@ def _warn_of_limits_beyond_collapse(scene: Scene, limits: Mapping[str, float]) -
 def _recorders_for(scene: Scene, demand: str, *, added_storeys: bool) -> tuple[str, ...]:
     """Return the recorders that the search needs: of the demand, and of drifts, which show when a storey yields."""
     table = RECORDERS[scene.structure.family]
-    filled = {name: row for row, names in table.items() for name, variable in names.items() if variable.is_demand}
+    demands = {name: (row, each) for row, names in table.items() for name, each in names.items() if each.is_demand}
+    filled = {name: row for name, (row, each) in demands.items() if "period" not in each.dims}
     structure = scene.structure
     filled = {name: row for name, row in filled.items() if row not in structure.lacking}
     if "drift" in filled.values():

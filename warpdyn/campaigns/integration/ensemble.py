@@ -208,6 +208,23 @@ class Ensemble:
             Times of the returned states [s]; histories by variable name, shape [history, time, dof], NaN after the end
             of a sample's run.
         """
+        time, values, _ = self.histories_and_status(kept, every, common_step)
+        return time, values
+
+    def histories_and_status(
+        self, kept: Sequence[int] | np.ndarray, every: int, common_step: float
+    ) -> tuple[np.ndarray, Arrays, np.ndarray]:
+        """Integrate samples and return their whole histories and their status.
+
+        Args:
+            kept: The samples, as rows of this ensemble.
+            every: Number of common steps between two returned states.
+            common_step: Time [s] that is a multiple of the step of each of the samples.
+
+        Returns:
+            Times of the returned states [s]; histories by variable name, shape [history, time, dof], NaN after the end
+            of a sample's run; status of the samples, such as OK or DIVERGED.
+        """
         part = self.select(np.array(kept))
         times_finer = np.round(common_step / part.schedule.step).astype(np.int64)
         every_own = every * times_finer
@@ -234,7 +251,8 @@ class Ensemble:
         for row, end in enumerate(last):
             for array in values.values():
                 array[row, end + 1 :] = np.nan
-        return np.arange(times) * every * common_step, values
+        status = self.queue.read(output.status)
+        return np.arange(times) * every * common_step, values, status
 
     def pack(self) -> None:
         """Sort the samples and pack their structures as the kernel reads them; otherwise, `start` does this."""

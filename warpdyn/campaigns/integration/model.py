@@ -25,6 +25,7 @@ from warpdyn.engine.methods.table import METHODS, Method, check_fits
 from warpdyn.foundations.core.checks import check_kind
 from warpdyn.foundations.core.output_variables import Variable
 from warpdyn.model.ground_motions.excitation import Assignment, Timeline
+from warpdyn.model.scene.recording.floor_spectra import ABSOLUTE
 from warpdyn.model.scene.scene import Scene
 
 MOST_VALUES = 2**28  # most values of interpolated motions on a GPU: 1 GiB in float32
@@ -61,6 +62,7 @@ def plan_of(scene: Scene, dynamics: Dynamics, method: str, dtype: str, *, is_gpu
     judging = {dynamics.peak[1]} if dynamics.counts_reversals or dynamics.is_sensitive else set()
     if scene.structure.family == "lumped" and "drift" in scene.recorders:
         judging |= {"spring"}  # storey drifts are the largest deformations of springs
+    spectra = scene.floor_spectra
     plan = Plan(
         family=scene.structure.family,
         dofs=scene.structure.dofs,
@@ -76,6 +78,8 @@ def plan_of(scene: Scene, dynamics: Dynamics, method: str, dtype: str, *, is_gpu
         has_drift_capacity=dynamics.has_drift_capacity,
         starts_displaced=not scene.structure.forgets and bool(np.any(scene.excitation.start[0])),
         records_late=scene.record_from > 0,
+        oscillators=len(spectra.periods) if spectra else 0,
+        oscillators_are_absolute=spectra is not None and spectra.quantity == ABSOLUTE,
         pattern=dynamics.pattern,
     )
     return fitted(plan, is_gpu)
@@ -254,6 +258,7 @@ class Model:
                 self._loads[place] = interpolated(self.loads_on(device), self.plan.dtype, finer, components)
             else:
                 packed: Arrays = self.scene.excitation.pack(self.timeline, self.plan.dofs)
+                packed |= self.scene.floor_spectra.arrays() if self.scene.floor_spectra else {}
                 self._loads[place] = arguments.brought("Load", packed, self.plan.dtype, device)
         return self._loads[place]
 

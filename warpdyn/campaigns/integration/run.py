@@ -159,6 +159,13 @@ def build_run(
         integration.resample,
         refinement=integration.refinement,
     )
+    if scene.floor_spectra is not None:
+        if row.kind == "explicit" and row.is_adaptive:
+            raise ValueError(
+                f"method {method!r} changes its step, but the oscillators of floor spectra need equal steps: remove "
+                "method=, or choose one with equal steps, such as method='rk4'"
+            )
+        scene.floor_spectra.check_step(float(timeline.steps.max()))
     plan = plan_of(scene, dynamics, method, integration.dtype, is_gpu=execution.is_gpu)
     tolerance = DEFAULT_TOLERANCE if integration.tolerance is None else integration.tolerance
     model = Model(scene, dynamics, row, plan, timeline, tolerance, seed, execution.cores, integration.refinement)

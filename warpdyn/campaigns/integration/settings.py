@@ -25,6 +25,7 @@ from warpdyn.engine.methods.table import METHODS, StoreyForces
 from warpdyn.foundations.core.checks import one_of, real_number, true_or_false, whole_number
 from warpdyn.foundations.core.thread_pool import MOST_THREADS, cores
 from warpdyn.model.ground_motions.filtered_noise import FilteredNoise
+from warpdyn.model.scene.normal_variables.noise import NoiseOfNormals
 from warpdyn.model.structures.shear_building import ShearBuilding
 from warpdyn.model.structures.structure import Structure
 
@@ -147,7 +148,7 @@ class Integration:
                 measured_dampings(scene.structure),
                 is_gpu=is_gpu,
                 records_only_drifts=scene.recorders == ("drift",) and scene.collapse_limit is None,
-                is_noise=isinstance(scene.excitation, FilteredNoise),
+                is_noise=isinstance(scene.excitation, FilteredNoise | NoiseOfNormals),
             )
             chosen |= {"method": default.method, "refinement": default.steps, "reason": default.reason}
         elif isinstance(METHODS[chosen["method"]], MultistepMethod) and not self.is_stepped:

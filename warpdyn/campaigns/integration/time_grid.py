@@ -125,6 +125,8 @@ def build_timeline(
                 "drifts may be several times too large or too small. Give a smaller step=, remove step= and resample=, "
                 "or filter the motions before, with records.band_pass"
             )
+    if scene.floor_spectra is not None and longest_step is None:
+        target = min(target, scene.floor_spectra.longest_step)
     timeline = excitation.timeline(step, target, resample=resample)
     return timeline if refinement == 1 else replace(timeline, substeps=refinement * timeline.substeps)
 

@@ -179,7 +179,10 @@ class PausedEnsemble:
                         f"states[{each.name!r}] must be finite values of shape [{self.ensemble.size}, {each.rows}] "
                         f"(sample, row), got the shape {np.shape(states[each.name])}"
                     )
-                arrays[each.array][each.first : each.first + each.rows, : group.count] = given.T
+                rows = slice(each.first, each.first + each.rows)
+                arrays[each.array][rows, : group.count] = given.T
+                # Lanes beyond the last sample repeat it, and may write its results.
+                arrays[each.array][rows, group.count :] = given.T[:, -1:]
             for name, array in group.state.items():
                 array.assign(arrays[name])
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -95,19 +96,21 @@ class SumsReducer(Reducer):
         self.population, self.demand = population, statistic.demand
         self.is_largest, self._added = isinstance(statistic, LargestDemand), statistic.added_storeys
         cells = statistic.cells(population)
-        dims = population.demand(self.demand, added_storeys=self._added).dims
+        own = dict(added_storeys=self._added, each_period=statistic.each_place)
+        dims = population.demand(self.demand, **own).dims
         if statistic.each_place and not dims:
             raise ValueError(
                 f"each_place=True needs a demand with a value for each storey or floor, but {self.demand} has one "
                 "value for the structure: remove each_place="
             )
-        self.dim, self._has_places = dims[0] if statistic.each_place else "", bool(dims)
+        self.dims, self._has_places = dims if statistic.each_place else (), bool(dims)
         self.needs = cells.needs([self.demand])
         self.begin(cells)
 
     def begin(self, cells: Cells) -> None:
         """Start with empty counts and sums for the given cells of the statistic."""
-        places = self.population.scene.structure.length_along(self.dim) if self.dim else 0
+        self.lengths = tuple(map(self.population.length_along, self.dims))
+        places = math.prod(self.lengths) if self.dims else 0
         self.cells = cells
         self.tally = Tally(cells, places + 1, 2)  # two states: ok and collapsed
         self.sums = [Sums(cells) for _ in range(places + 1)]  # for each place, and for the largest value of all places
@@ -119,7 +122,7 @@ class SumsReducer(Reducer):
 
     def add(self, block: Block, workers: Workers) -> None:
         """Add the samples of a block (structures of a run that are integrated together) to the counts and sums."""
-        places = block.demand(self.demand).shape[1] if self.dim else 0  # a building may have fewer storeys than others
+        places = block.demand(self.demand).shape[1] if self.dims else 0  # a building may have fewer storeys than others
         none = workers.no_states((places + 1, block.samples))
         self.tally.add(block, none, workers)
         for place in range(places):
@@ -132,10 +135,12 @@ class SumsReducer(Reducer):
         cells, counts = self.cells, self.tally.counts
         variables, coordinates = outcomes(self, counts[-1])
         self._name(variables, "", cells.dims, [self.sums[-1]], counts[-1:])
-        if self.dim:
-            self._name(variables, f"{self.dim}_", (self.dim, *cells.dims), self.sums[:-1], counts[:-1])
-            numbered = self.population.scene.structure.numbered(self.population.scene.recorders)
-            coordinates |= {name: each for name, each in numbered.items() if name == self.dim}
+        if self.dims:
+            self._name(variables, f"{self.dims[0]}_", (*self.dims, *cells.dims), self.sums[:-1], counts[:-1])
+            scene = self.population.scene
+            numbered = scene.structure.numbered(scene.recorders)
+            numbered |= scene.floor_spectra.coordinate if scene.floor_spectra else {}
+            coordinates |= {name: each for name, each in numbered.items() if name in self.dims}
         return variables, coordinates
 
     def _name(
@@ -150,12 +155,13 @@ class SumsReducer(Reducer):
             sums: Sums of each storey or floor.
             counts: Numbers of samples of each storey or floor, by cell and outcome.
         """
-        units, long_name = self.population.demand(self.demand).units, self.population.demand(self.demand).long_name
+        demand = self.population.demand(self.demand, each_period=True)
+        units, long_name = demand.units, demand.long_name
         shape, totals = self.cells.shape, np.stack([each.totals for each in sums])
         number = counts[..., 0]
 
         def put(what: str, values: np.ndarray, units: str) -> None:
-            table = values.reshape(len(sums), *shape) if before else values.reshape(shape)
+            table = values.reshape(*self.lengths, *shape) if before else values.reshape(shape)
             said = {"long_name": f"{what} of {long_name}, of samples that stand", "units": units}
             variables[f"{before}{self.demand}_{what}{self.cells.suffix}"] = (dims, table, said)
 

@@ -136,7 +136,9 @@ class Population:
         if self.portfolio is not None:
             kind = int(self.archetype[structures[0]])
             structure = list(self.portfolio.archetypes.values())[kind].building
-        dims = self.demand(demand).dims
+        dims = self.demand(demand, each_period=True).dims
+        if "period" in dims:
+            return None  # each place has its own value
         if isinstance(structure, LumpedStructure) and dims and dims != ("storey",) and not added_storeys:
             counted = np.flatnonzero(structure.kinds.of_building(dims[0]))
             if counted.size == structure.length_along(dims[0]):
@@ -189,12 +191,18 @@ class Population:
         found = {name: each for row in self.scene.recorders for name, each in of_family[row].items() if each.is_demand}
         return found | ({"peak_storey_drift_ratio": DRIFT_RATIO} if "peak_storey_drift" in found else {})
 
-    def demand(self, name: str, *, added_storeys: bool = False) -> Variable:
+    def length_along(self, dim: str) -> int:
+        """Return the length of a dimension of recorded variables, such as "storey" or "period"."""
+        spectra = self.scene.floor_spectra
+        return len(spectra.periods) if dim == "period" and spectra else self.scene.structure.length_along(dim)
+
+    def demand(self, name: str, *, added_storeys: bool = False, each_period: bool = False) -> Variable:
         """Return the demand of this name; raise a ValueError if it is not recorded or its places differ in units.
 
         Args:
             name: Name of the demand.
             added_storeys: Whether places that are not part of the building (equipment, absorbers, soil) count.
+            each_period: Whether the statistic has a value for each period of a floor spectrum.
         """
         if name not in self.demands:
             raise ValueError(
@@ -202,6 +210,12 @@ class Population:
                 "add the recorder of this demand to the scene, Scene(..., recorders=(...))"
             )
         structure, dims = self.scene.structure, self.demands[name].dims
+        if "period" in dims and not each_period:
+            raise ValueError(
+                f"statistics: {name} has several periods, whose values cannot be compared: give DemandMoments or "
+                "LargestDemand with each_place=True, or simulate without statistics and select a period, such as "
+                f"run.sel(period={self.scene.floor_spectra.periods[0] if self.scene.floor_spectra else 0.1:g})"
+            )
         if isinstance(structure, LumpedStructure) and dims:
             problem = structure.kinds.unit_problem(name, dims[0], added_storeys=added_storeys)
             if problem:

@@ -6,6 +6,7 @@ A cell is one combination of indices along the dimensions of a statistic, such a
 from __future__ import annotations
 
 import functools
+import math
 from collections.abc import Callable, Hashable, Mapping
 from dataclasses import dataclass, field
 from threading import RLock
@@ -68,9 +69,12 @@ class Block:
         return self.shared(("structures", structures.size), lambda: workers.array(structures.astype(np.int32)))
 
     def demand(self, name: str) -> Any:
-        """Return a demand of all samples, shape [sample, place]; places are storeys, floors, or a single one."""
+        """Return a demand of all samples, shape [sample, place]; places are storeys, floors, or a single one.
+
+        The places of a floor spectrum are all pairs of a floor and a period, in this order.
+        """
         values = self.values[name]
-        return values if values.ndim == 2 else values.reshape((values.shape[0], 1))
+        return values if values.ndim == 2 else values.reshape((values.shape[0], math.prod(values.shape[1:])))
 
     def type_of(self, name: str) -> str:
         """Return the number type of a demand as text, such as "float32"."""

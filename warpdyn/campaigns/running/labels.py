@@ -85,7 +85,8 @@ def columns_of(model: Model, keep_inputs: bool) -> dict[str, Column]:
     for name, variable in model.variables.items():
         attributes = {"long_name": variable.long_name, "units": structure.units_along(variable.dims, variable.units)}
         attributes |= _start_time(model.scene, name)
-        columns[name] = Column(variable.dims, output_dtype(name, plan.dtype), attributes)
+        of_oscillators = _of_oscillators(model.scene, variable.dims)
+        columns[name] = Column(variable.dims, output_dtype(name, plan.dtype), attributes | of_oscillators)
     if "peak_storey_drift" in columns:
         attributes = {"long_name": DRIFT_RATIO.long_name, "units": DRIFT_RATIO.units}
         attributes |= _start_time(model.scene, "peak_storey_drift_ratio")
@@ -156,6 +157,13 @@ def _start_time(scene: Scene, name: str) -> dict[str, str]:
     if scene.record_from == 0 or "peak" not in name:
         return {}
     return {"comment": f"of the states from record_from = {scene.record_from:g} s on"}
+
+
+def _of_oscillators(scene: Scene, dims: tuple[str, ...]) -> dict[str, object]:
+    """Return the attributes of a floor spectrum: damping ratio and quantity; otherwise empty."""
+    if scene.floor_spectra is None or "period" not in dims:
+        return {}
+    return {"damping_ratio": scene.floor_spectra.damping_ratio, "quantity": scene.floor_spectra.quantity}
 
 
 def _level_attributes(level: Assignment) -> dict[str, Any]:
@@ -305,6 +313,8 @@ def _variable(
 def _numbered(scene: Scene) -> dict[str, tuple]:
     """Return the coordinates along dimensions other than `sample`, such as storey, floor and event, by name."""
     coordinates, excitation = scene.structure.numbered(scene.recorders), scene.excitation
+    if scene.floor_spectra is not None:
+        coordinates |= scene.floor_spectra.coordinate
     if len(excitation.event_names) > 1:
         names = np.array(excitation.event_names)
         coordinates["event"] = ("event", names, {"long_name": "event of the sequence"})

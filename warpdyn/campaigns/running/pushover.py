@@ -5,22 +5,21 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
-import warp as wp
 import xarray as xr
 from numpy.typing import ArrayLike
 
 from warpdyn.campaigns.running.pushing.chain import PushedChain
 from warpdyn.campaigns.running.pushing.loads import control_dof, dof_loads
+from warpdyn.campaigns.running.pushing.loops import given_sets, loops_along
 from warpdyn.campaigns.running.pushing.search import pushed_along
 from warpdyn.campaigns.running.pushing.structure import PushedStructure
-from warpdyn.engine.kernels.auxiliary.storey_path import storey_path_kernel
-from warpdyn.engine.kernels.kernel_cache import initialise, loaded
 from warpdyn.engine.laws.springs import StoreyRules
-from warpdyn.foundations.core.checks import check_kind, finite_numbers
+from warpdyn.foundations.core.checks import check_kind, check_memory, finite_numbers
 from warpdyn.foundations.core.description import to_json
 from warpdyn.foundations.core.near_misses import suggests_names
 from warpdyn.foundations.core.plausibility import PlausibilityFindings
 from warpdyn.foundations.files.netcdf import trace
+from warpdyn.model.scene.scatter import Scatter
 from warpdyn.model.structures.lateral_loads import floor_loads, storey_shears
 from warpdyn.model.structures.lumped.biaxial_spring import BiaxialSpring
 from warpdyn.model.structures.lumped.matrices import of_springs_only
@@ -28,9 +27,8 @@ from warpdyn.model.structures.lumped.structure import LumpedStructure
 from warpdyn.model.structures.physics import effective_stiffness
 from warpdyn.model.structures.shear_building import ShearBuilding
 
+BYTES_OF_A_FORCE = 64  # of a force and an energy: kernel results, their parts of steps, and copies in the dataset
 GIVEN_LOADS = "given"  # name of the pattern if the caller gives floor loads
-# Longest step of a law with a rate [yield drifts], and most such steps of a path of drifts.
-LONGEST_STEP, MOST_STEPS = 0.25, 10_000_000
 STEP = {"units": "1", "long_name": "step of the path"}
 BASE_SHEAR = {"units": "N", "long_name": "sum of the lateral loads"}
 DISSIPATED = {"units": "J", "long_name": "work done less what is stored"}
@@ -53,22 +51,25 @@ def _warn_of_implausible_path(drift_ratio: np.ndarray) -> None:
 
 
 @suggests_names
-def storey_hysteresis(building: ShearBuilding, drift: ArrayLike) -> xr.Dataset:
+def storey_hysteresis(building: ShearBuilding, drift: ArrayLike, *, scatter: Scatter | None = None) -> xr.Dataset:
     """Return the forces of a building's storeys under prescribed quasi-static drifts (hysteresis), in float64.
 
     Args:
         building: The building.
         drift: Storey drifts [m], starting from 0. Shape [step]: all storeys have the same drift; or [step, storey].
             Bouc-Wen and Baber-Noori storeys are integrated in parts of a step of at most 0.25 yield drifts.
+        scatter: Parameter sets: GivenValues or GivenFactors of parameters, one row per structure. As many structures
+            are possible as their results fit into the memory. None: the parameters of the building.
 
     Returns:
-        `storey_drift` [m], `storey_force` [N] and `dissipated_energy` [J], all of shape [step, storey]. The dissipated
-        energy is the work done (trapezoidal rule) less the stored energy. The attribute `building` is the building as
-        JSON.
+        `storey_drift` [m], `storey_force` [N] and `dissipated_energy` [J], all of shape [step, storey]; with `scatter`,
+        the last two have the shape [structure, step, storey]. The dissipated energy is the work done (trapezoidal rule)
+        less the stored energy. The attribute `building` is the building as JSON.
 
     Raises:
-        ValueError: If a drift is not finite, or the shape is wrong.
-        TypeError: If `building` is not a ShearBuilding.
+        ValueError: If a drift is not finite, the shape is wrong, or values of `scatter` are out of their bounds or
+            differ in their number of structures.
+        TypeError: If `building` is not a ShearBuilding, or a scatter is random.
 
     Example:
         >>> cycle = wd.storey_hysteresis(building, [0.0, 0.01, -0.01, 0.0])
@@ -77,6 +78,9 @@ def storey_hysteresis(building: ShearBuilding, drift: ArrayLike) -> xr.Dataset:
                [ 305.,  205.],
                [-305., -205.],
                [  95.,   95.]])
+        >>> strengths = {"yield_force": wd.GivenValues([[2e5, 1e5], [3e5, 2e5], [4e5, 3e5]])}
+        >>> wd.storey_hysteresis(building, [0.0, 0.01], scatter=strengths)["storey_force"].dims
+        ('structure', 'step', 'storey')
     """
     check_kind("storey_hysteresis", "a ShearBuilding", building, ShearBuilding, _advice(building), argument="building")
     path = finite_numbers("drift", drift)
@@ -85,41 +89,33 @@ def storey_hysteresis(building: ShearBuilding, drift: ArrayLike) -> xr.Dataset:
     if path.ndim != 2 or path.shape[1] != building.storeys or not path.size:
         raise ValueError(f"drift must have shape [step] or [step, {building.storeys}], got {np.shape(drift)}")
     _warn_of_implausible_path(path / building.parameters["height"])
-    spring, coefficients = _spring_and_coefficients(building)
-    initialise()  # before Warp starts with the first array
-    divided, steps = path, np.arange(len(path))
-    if building.storey_law.forces().has_rate and "yield_force" in building.parameters:
-        divided, steps = _divided(path, building.parameters["yield_force"] / building.parameters["stiffness"])
-    arrays: list[wp.array] = [wp.array(np.ascontiguousarray(each), device="cpu") for each in (coefficients, divided)]
-    results = [wp.full(divided.shape, np.nan, dtype=wp.float64, device="cpu") for _ in range(2)]
-    kernel = loaded(storey_path_kernel(spring, "float64"))
-    wp.launch(kernel, dim=building.storeys, inputs=arrays, outputs=results, device="cpu")
-    force, dissipated = (result.numpy()[steps] for result in results)
-    return _storey_dataset(building, path, force, dissipated, "forces of storeys at given drifts", "storey_hysteresis")
+    title = "forces of storeys at given drifts"
+    if scatter is not None:
+        return _of_sets(building, path, scatter, title)
+    force, dissipated = loops_along(building, building.parameters, path)
+    return _storey_dataset(building, path, force[0], dissipated[0], title, "storey_hysteresis")
 
 
-def _divided(path: np.ndarray, yield_drift: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return a path with steps of at most LONGEST_STEP yield drifts, and the places of the given drifts in it.
-
-    Args:
-        path: Storey drifts [m], shape [step, storey]; the path starts from 0.
-        yield_drift: Yield drift of each storey [m]; NaN in storeys whose law has none.
-
-    Raises:
-        ValueError: If the path has more than MOST_STEPS such steps.
-    """
-    moved = np.abs(np.diff(path, axis=0, prepend=0.0)) / yield_drift
-    parts = np.maximum(1, np.ceil(np.nan_to_num(moved).max(axis=1) / LONGEST_STEP))
-    if parts.sum() > MOST_STEPS:
-        raise ValueError(
-            f"drift: the path has {parts.sum() * LONGEST_STEP:.3g} yield drifts, more than "
-            f"{MOST_STEPS * LONGEST_STEP:,.0f}: give drifts in m, or a shorter path"
-        )
-    steps = np.cumsum(parts.astype(int)) - 1
-    before = np.vstack([np.zeros((1, path.shape[1])), path])
-    at = np.arange(int(parts.sum())) + 1.0
-    known = np.concatenate([[0.0], steps + 1.0])
-    return np.stack([np.interp(at, known, drifts) for drifts in before.T], axis=1), steps
+def _of_sets(building: ShearBuilding, path: np.ndarray, scatter: Scatter, title: str) -> xr.Dataset:
+    """Return the result of `storey_hysteresis` for many parameter sets; arguments as there."""
+    values = given_sets("storey_hysteresis", building, scatter)
+    count = len(next(iter(values.values())))
+    check_memory(
+        f"storey_hysteresis of {count:,} parameter sets with {len(path):,} drifts",
+        BYTES_OF_A_FORCE * path.size * count,
+        "give fewer sets at a time",
+    )
+    force, dissipated = loops_along(building, {**building.parameters, **values}, path, count)
+    dims, number = ("structure", "step", "storey"), {"units": "1", "long_name": "parameter set, from 0"}
+    made = _storey_dataset(building, path, force[0], dissipated[0], title, "storey_hysteresis")
+    results: dict[str, tuple] = {
+        "storey_force": (dims, force, made["storey_force"].attrs),
+        "dissipated_energy": (dims, dissipated, DISSIPATED),
+    }
+    for name, each in values.items():
+        parameter = building.parameter_table[name]
+        results[name] = (("structure", "storey"), each, {"units": parameter.units, "long_name": parameter.long_name})
+    return made.assign(results).assign_coords(structure=("structure", np.arange(count, dtype=np.int32), number))
 
 
 @suggests_names

@@ -208,6 +208,8 @@ def _sections(plan: Plan) -> int:
     """Return the number of GPU threads that share the storeys of a chain, so that their values fit in registers."""
     if plan.damping == "modal":
         return 1  # modal damping: the damping force of each floor depends on all floors
+    if plan.oscillators:
+        return 1  # the oscillators of a floor are in local memory anyway
     words = 2 if plan.dtype == "float64" else 1
     storey = words * sum(values_held(plan).values()) / plan.dofs
     beside = BESIDE_STOREYS[plan.dtype] + words * BESIDE_ENERGIES * ("energy" in plan.recorders)

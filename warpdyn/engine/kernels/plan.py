@@ -58,6 +58,8 @@ class Plan:
         undivided: Whether the motions contain one value for each integration step (see `Model.launched`).
         starts_displaced: Whether yielding storeys start at an initial drift, to which they are pushed slowly from rest.
         records_late: Whether peaks are recorded only after a later time than the start of the run (`record_from`).
+        oscillators: Number of oscillators on each floor (recorder "floor_spectra").
+        oscillators_are_absolute: Whether their absolute accelerations are recorded, not their pseudo-accelerations.
         pauses: Whether the kernel can pause between two intervals of the motion (see kernels/pausing).
         pattern: The entries of the matrices of a lumped structure that are not 0; None for other families.
     """
@@ -82,6 +84,8 @@ class Plan:
     undivided: bool = False
     starts_displaced: bool = False
     records_late: bool = False
+    oscillators: int = 0
+    oscillators_are_absolute: bool = False
     pauses: bool = False
     pattern: Pattern | None = None
 
@@ -113,6 +117,8 @@ class Plan:
 
     def length(self, dim: str) -> int:
         """Return the length of a dimension of the outputs, such as "storey" or "spring"."""
+        if dim == "period":
+            return self.oscillators
         if self.pattern is None:
             return self.dofs
         lengths = {"spring": self.pattern.springs, "output": len(self.pattern.resultants)}

@@ -321,7 +321,7 @@ class CudaQueue:
                 array = getattr(output, name)
                 if len(shape) > 1 or arriving is not None:
                     turned = self._array(("turned", name), shape, array.dtype)
-                    wp.copy(turned, array.transpose((1, 0)) if len(shape) > 1 else array)
+                    wp.copy(turned, array.transpose(tuple(reversed(range(len(shape))))) if len(shape) > 1 else array)
                     array = turned
                 if arriving is not None:
                     self.staying[name] = array

@@ -102,8 +102,11 @@ def fields(users: tuple[type, ...]) -> dict[str, dict[str, str]]:
 
 
 def outputs_of(variables: dict[str, Variable]) -> dict[str, str]:
-    """Return the fields {name: type} of the struct Output for output variables; the last index is the sample."""
+    """Return the fields {name: type} of the struct Output for output variables; the last index is the sample.
+
+    The order of the indices is the reverse of that in the dataset.
+    """
     return {
-        name: ("int32" if variable.is_whole else "float") + ("[,]" if variable.dims else "[]")
+        name: ("int32" if variable.is_whole else "float") + f"[{',' * len(variable.dims)}]"
         for name, variable in variables.items()
     }

@@ -41,6 +41,7 @@ class Purpose(IntEnum):
     BETWEEN_EARTHQUAKES = 9  # residuals of intensity fields, once for all fields
     WITHIN_EARTHQUAKES = 10
     ROAD = 11  # phases of waves in a road profile; the index is that of the profile
+    RARE_EVENTS = 12  # samples of subset simulation and importance sampling, once per call
 
 
 def key_of(seed: int) -> int:

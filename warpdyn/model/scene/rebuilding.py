@@ -22,6 +22,7 @@ from warpdyn.model.ground_motions.pairs_of_motions import PairOfMotions
 from warpdyn.model.scene import scatter
 from warpdyn.model.scene.distributions import closed_form, numerical
 from warpdyn.model.scene.portfolio import Archetype, Portfolio
+from warpdyn.model.scene.recording.floor_spectra import FloorSpectra
 from warpdyn.model.structures.builders.torsional_building import TorsionalBuilding
 from warpdyn.model.structures.frames.frame import Frame
 from warpdyn.model.structures.frames.hinged_fishbone import HingedFishbone
@@ -46,12 +47,13 @@ OWN: dict[str, Any] = {  # name -> class of warpdyn that the JSON may contain
         filtered_velocity.FilteredIncrementalVelocity,
         *(scatter.RandomFactor, scatter.RandomValue, scatter.GivenValues, scatter.GivenFactors),
         *(closed_form.Normal, closed_form.Lognormal, closed_form.Uniform),
+        FloorSpectra,
         *(numerical.ScipyDistribution, numerical.Truncated, numerical.Empirical),
     )
 }
 SCENE_KEYS = (
     *("structure", "excitation", "scatter", "correlation", "sampling", "recorders", "collapse_drift_ratio"),
-    *("tail", "record_from", "title"),
+    *("tail", "record_from", "floor_spectra", "title"),
 )
 ARCHETYPE_KEYS = ("structure", "count", "scatter", "correlation")
 LUMPED_CHOICES = (
@@ -83,6 +85,7 @@ def arguments_of_scene(text: str, motions: GroundMotion | Sequence[GroundMotion]
         "excitation": found.value(told["excitation"], "excitation"),
         "scatter": found.value(told.get("scatter", {}), "scatter"),
         "correlation": _pairs(told.get("correlation", {})),
+        "floor_spectra": found.value(told.get("floor_spectra"), "floor_spectra"),
     }
 
 

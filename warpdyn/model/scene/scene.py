@@ -19,10 +19,14 @@ from warpdyn.model.ground_motions.designs import excitation_of
 from warpdyn.model.ground_motions.excitation import Excitation
 from warpdyn.model.ground_motions.motions import GroundMotion
 from warpdyn.model.scene.correlation import check_correlation
+from warpdyn.model.scene.recording.floor_spectra import FloorSpectra
 from warpdyn.model.scene.scatter import SAMPLING, GivenValues, Scatter, central, check_scatter, representative
 from warpdyn.model.structures.lumped.matrices import INCIDENCE
 from warpdyn.model.structures.lumped.places.storeys import NEEDS_STOREYS
 from warpdyn.model.structures.structure import Structure
+
+SPECTRA = "floor_spectra"  # recorder that needs settings
+MOST_OSCILLATORS = 4096  # of a structure: a CPU thread keeps their states on its stack
 
 
 def _described(given: object) -> str:
@@ -80,7 +84,7 @@ class Scene:
         recorders: Names of the recorders. None: all recorders, which for a ShearBuilding are "drift", "time_of_peak",
             "acceleration", "base_shear", "residual" and "energy"; for a LinearSystem "displacement", "acceleration" and
             "energy"; and for a LumpedStructure "spring", "displacement", "acceleration", "residual", "energy" and
-            "output".
+            "output"; with `floor_spectra=` also "floor_spectra".
         collapse_drift_ratio: Storey drift ratio [1] at which a sample collapses. Integration of the sample ends at
             collapse: its demands are those up to collapse, its residual drift is missing, and `time_of_collapse` and
             `storey_of_collapse` are recorded. Storeys may also have capacities (`drift_capacity` and
@@ -92,6 +96,8 @@ class Scene:
             of an EventSequence; for example, to record a steady state without its transient. Residual drifts,
             energies, collapses and histories refer to the whole run. If a sample collapses before this time, its
             peaks are those up to collapse.
+        floor_spectra: Periods and damping ratio of the recorder "floor_spectra" (a FloorSpectra); None: this recorder
+            is not used.
         title: Title of the dataset.
 
     Raises:
@@ -113,6 +119,7 @@ class Scene:
     collapse_drift_ratio: float | None = None
     tail: float | None = None
     record_from: float = 0.0
+    floor_spectra: FloorSpectra | None = None
     title: str = "warpdyn ensemble"
 
     def __post_init__(self) -> None:
@@ -147,7 +154,7 @@ class Scene:
             )
         known = RECORDERS[self.structure.family]
         lacking = self.structure.lacking
-        every = known.keys() - USERS.keys() - set(lacking)
+        every = known.keys() - USERS.keys() - set(lacking) - (set() if self.floor_spectra else {SPECTRA})
         recorders = tuple(every) if self.recorders is None else self.recorders
         if not isinstance(recorders, tuple | list):
             raise TypeError(f"recorders must be a tuple of recorders, such as ('drift',), got {recorders!r}")
@@ -164,6 +171,7 @@ class Scene:
                 }.get(name, f"needs {name}s= of the {kind}")
                 raise ValueError(f"recorder {name!r} {needs}")
         object.__setattr__(self, "recorders", tuple(sorted(set(recorders))))
+        self._check_floor_spectra()
         limit = self.collapse_drift_ratio
         if limit is not None:
             real_number("collapse_drift_ratio", limit, above=0)
@@ -186,6 +194,34 @@ class Scene:
         check_correlation(self.structure, self.scatter, self.correlation)
         object.__setattr__(self, "scatter", FrozenMapping(dict(self.scatter)))
         object.__setattr__(self, "correlation", FrozenMapping(dict(self.correlation)))
+
+    def _check_floor_spectra(self) -> None:
+        """Raise an error if the recorder of floor spectra has no settings, or the settings have no recorder."""
+        given = self.floor_spectra
+        if given is not None and not isinstance(given, FloorSpectra):
+            raise TypeError(f"floor_spectra must be FloorSpectra(periods, damping_ratio), got {_described(given)}")
+        if (given is None) == (SPECTRA not in self.recorders):
+            if given is not None and self.structure.is_many:
+                raise ValueError(
+                    "floor spectra of a Portfolio are not recorded: simulate a scene of the building of each "
+                    "archetype, or remove 'floor_spectra' and floor_spectra="
+                )
+            count = 0 if given is None else len(given.periods) * self.structure.dofs
+            if count > MOST_OSCILLATORS:
+                raise ValueError(
+                    f"FloorSpectra has {count:,} oscillators in each structure, but a kernel has at most "
+                    f"{MOST_OSCILLATORS:,}: give fewer periods"
+                )
+            return
+        if given is None:
+            raise ValueError(
+                "the recorder 'floor_spectra' needs the periods of its oscillators: give "
+                "floor_spectra=wd.FloorSpectra(periods=[0.1, 0.2, 0.5])"
+            )
+        raise ValueError(
+            "floor_spectra= is given, but its recorder is missing: add 'floor_spectra' to recorders=, or remove "
+            "floor_spectra="
+        )
 
     @property
     def central_parameters(self) -> dict[str, np.ndarray]:

@@ -147,7 +147,7 @@ def advance_linear(
         for substep in range(substeps):
             index = interval * substeps + substep
             slot("begin_step")
-            if ENERGY or ACCELERATION or HISTORY or (IS_IMPLICIT and index == 0):
+            if ENERGY or ACCELERATION or FLOOR_SPECTRA or HISTORY or (IS_IMPLICIT and index == 0):
                 for m in range(N):
                     for j in range(LANES):
                         total[j] = dtype(0.0)

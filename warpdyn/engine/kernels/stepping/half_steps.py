@@ -31,7 +31,7 @@ def names(plan):
     latest, before, earlier = method.velocity
     # Velocities and displacements of the floors, sums over the storeys, are not needed for these recorders.
     without_velocities = {"drift", "residual", "time_of_peak", "base_shear"}
-    without_displacements = without_velocities | {"acceleration", "energy"}
+    without_displacements = without_velocities | {"acceleration", "energy", "floor_spectra"}
     return {
         # Inverse masses are multiplied by h^2 if no recorder needs accelerations.
         "SCALES": "not HAS_SEE_FORCES",

@@ -53,6 +53,31 @@ _IN_MANY_YEARS: Mistakes = {
 
 # In the order in which a warning lists them: first arguments, then quantities that are computed from arguments.
 CHECKS: Mapping[str, Check] = {
+    "measured_drift": Check("largest measured drift", "m", 1e-5, 2.0, given_in(LENGTH)),
+    # Priors are wide, so the peak of the median candidate may be several times the measured peak.
+    "measured_force": Check(
+        *("measured peak force over that of the median candidate", "1", 0.02, 50.0, with_units("force", FORCE)),
+        typical=1.0,
+    ),
+    "measured_storey_force": Check(
+        *("measured peak force over that of the median candidate", "1", 0.02, 50.0, with_units("force", FORCE)),
+        typical=1.0,
+    ),
+    "measured_acceleration": Check(
+        *("measured peak acceleration over that of the median candidate", "1", 0.15, 7.0),
+        with_units("accelerations", ACCELERATION),
+        typical=1.0,
+    ),
+    "measured_velocity": Check(
+        *("measured peak velocity over that of the median candidate", "1", 0.05, 20.0),
+        with_units("velocities", VELOCITY),
+        typical=1.0,
+    ),
+    "measured_displacement": Check(
+        *("measured peak displacement over that of the median candidate", "1", 0.05, 20.0),
+        with_units("displacements", LENGTH),
+        typical=1.0,
+    ),
     "random_factor": Check(
         *("random factor", "1", 0.1, 10.0),
         given_in(PERCENT) | {"it may be a value rather than a factor: RandomValue takes it": None} | _SPREAD,

@@ -1,0 +1,1 @@
+"""Filters: parameters and states of a structure from measured floor responses (data assimilation)."""

@@ -1,0 +1,1 @@
+"""Scenes whose random parameters and random motions follow from given standard normal values."""
