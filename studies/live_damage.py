@@ -83,14 +83,14 @@ def draw(answers: xr.Dataset, motion: wd.GroundMotion) -> Figure:
     middle.fill_between(times, *drifts.sel(quantile=[0.16, 0.84]).transpose("quantile", "time").values, alpha=0.3)
     middle.plot(times, drifts.sel(quantile=0.5))
     middle.set_ylabel("peak storey drift ratio\nso far [%]")
-    middle.text(0.02, 0.85, "median, 16 % and 84 % of the ensemble", transform=middle.transAxes, va="top")
+    middle.text(0.98, 0.08, "median, 16 % and 84 % of the ensemble", transform=middle.transAxes, ha="right")
     states = [str(state) for state in answers["damage_state"].values]
     colours = ("#4575b4", "#91bfdb", "#fee090", "#fc8d59", "#d73027")
     shares = answers["damage_probability"].transpose("damage_state", "time").values
     below.stackplot(times, shares, labels=states, colors=colours[: len(states)])
     below.set_ylabel("share of the ensemble")
     below.set_xlabel("time since the start of the record [s]")
-    below.set(ylim=(0, 1), xlim=(0, times[-1]))
+    below.set(ylim=(0, 1), xlim=(times[0], times[-1]))
     below.legend(loc="center left", bbox_to_anchor=(1.01, 0.5), title="damage state", reverse=True)
     return figure
 

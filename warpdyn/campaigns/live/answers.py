@@ -21,7 +21,7 @@ from warpdyn.foundations.files.netcdf import trace
 
 # Variables that are known only after the end of the free vibration, and inputs of the run.
 UNKNOWN = ("residual_drift_ratio", "residual_deformation", "integration_step", "unreliable")
-QUANTILES = (0.16, 0.5, 0.84)
+QUANTILES: tuple[float, ...] = (0.16, 0.5, 0.84)
 
 
 class Answers:
