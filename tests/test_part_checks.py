@@ -366,9 +366,9 @@ def plans():
             hinged = wd.Scene(model, wd.Cloud([motion("pulse_1", 1)]), recorders=("spring", "residual"))
             yield plan_of(hinged, dynamics_of(hinged), method, "float32", is_gpu=False)
     # Controlled structures, with all kinds of actuators, a regulator with an observer, and a controller.
-    for plan in (PLAIN, LUMPED):
-        yield replace(plan, method="rk4", control=CONTROLLED)
-        yield build.history_plan(replace(plan, method="rk4", control=CONTROLLED))
+    for plan in (replace(each, method="rk4", control=CONTROLLED) for each in (PLAIN, LUMPED)):
+        yield plan
+        yield build.history_plan(plan)
     # A kernel that checks for collapse once per group of steps.
     yield replace(PLAIN, method="stoermer", recorders=("drift",), undivided=True)
 

@@ -64,10 +64,10 @@ def base_motions(function: str, excitation: Any, floors: Floors = None) -> BaseM
     motions = checked_motions(excitation)
     coordinates = {"motion": motion_numbers(len(motions)), "motion_name": motion_names(motions)}
     rows = [motion.acceleration for motion in motions]
-    return BaseMotions(_joined(function, rows, [m.step for m in motions]), ("motion",), (len(motions),), coordinates)
+    return BaseMotions(_histories(function, rows, [m.step for m in motions]), ("motion",), (len(motions),), coordinates)
 
 
-def _joined(function: str, rows: Sequence[np.ndarray], steps: Sequence[float]) -> dict[str, np.ndarray]:
+def _histories(function: str, rows: Sequence[np.ndarray], steps: Sequence[float]) -> dict[str, np.ndarray]:
     """Return the arrays of the struct BaseHistories from accelerations [m/s2] and their time steps [s]."""
     if max(steps) > LONGEST_STEP:
         warn_caller(
@@ -117,7 +117,7 @@ def _of_floors(function: str, run: xr.Dataset, floors: Floors) -> BaseMotions:
     floor = ("floor", known[chosen], {"long_name": "floor, or degree of freedom, on which the block stands"})
     samples = run["history_sample"].values
     coordinates = {"sample": ("sample", samples, {"long_name": "sample of the run"}), "floor": floor}
-    return BaseMotions(_joined(function, rows, [step] * len(rows)), ("sample", "floor"), last.shape, coordinates)
+    return BaseMotions(_histories(function, rows, [step] * len(rows)), ("sample", "floor"), last.shape, coordinates)
 
 
 def _place(function: str, floor: Any, known: list[Any], is_named: bool) -> int:

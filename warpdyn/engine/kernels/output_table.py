@@ -8,8 +8,8 @@ from __future__ import annotations
 
 from warpdyn.engine.kernels.recorders.control import OF_ACTUATORS, OF_CONTROL as OF_CONTROL
 from warpdyn.engine.kernels.recorders.history import HISTORY as HISTORY, OF_SPRINGS as OF_SPRINGS
-from warpdyn.engine.kernels.recorders.steps import ADAPTIVE
 from warpdyn.engine.kernels.registry import recorders
+from warpdyn.engine.kernels.stepping.steps import ADAPTIVE
 from warpdyn.foundations.core.output_variables import Variable
 
 # Family of the structure ("chain", "lumped" or "dense") -> recorder -> name in the dataset -> variable.

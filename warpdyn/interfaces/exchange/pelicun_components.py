@@ -64,9 +64,9 @@ def read_pelicun_components(
     costs = None if repair is None else _table(repair, ("ID", "DS1-Theta_0", "DS1-Theta_1"))
     found = {}
     for name in names:
-        row = _row(fragility, functions, name)
+        row = _row_of_component(fragility, functions, name)
         try:
-            own = None if costs is None else _row(repair, costs, f"{name}-Cost")
+            own = None if costs is None else _row_of_component(repair, costs, f"{name}-Cost")
             found[str(name)] = _component(row, own)
         except ValueError as error:
             raise ValueError(f"{FUNCTION}: component {name!r} of {os.fspath(fragility)}: {error}") from None
@@ -89,7 +89,7 @@ def _table(path: str | os.PathLike, needed: Sequence[str]) -> pd.DataFrame:
     return table.set_index("ID", drop=False)
 
 
-def _row(path: str | os.PathLike | None, table: pd.DataFrame, name: object) -> Mapping[str, str]:
+def _row_of_component(path: str | os.PathLike | None, table: pd.DataFrame, name: object) -> Mapping[str, str]:
     """Return the row of a component; raise a ValueError if it is unknown or incomplete."""
     if name not in table.index:
         raise ValueError(

@@ -74,10 +74,10 @@ def _before_all(statements: Sequence[ast.stmt], after: set[str], left: set[str])
 def _before(statement: ast.stmt, after: set[str], left: set[str]) -> set[str]:
     """Return the names that live before a statement; arguments: see `_before_all`."""
     if isinstance(statement, ast.If):
-        read = _read(statement.test)
+        read = _names_read(statement.test)
         return read | _before_all(statement.body, after, left) | _before_all(statement.orelse, after, left)
     if isinstance(statement, ast.For | ast.While):
-        head = _read(statement.iter if isinstance(statement, ast.For) else statement.test)
+        head = _names_read(statement.iter if isinstance(statement, ast.For) else statement.test)
         own = _stored(statement.target) if isinstance(statement, ast.For) else set()
         live = after | head
         while True:  # an iteration may follow another one
@@ -89,9 +89,9 @@ def _before(statement: ast.stmt, after: set[str], left: set[str]) -> set[str]:
         return left
     if isinstance(statement, ast.Assign):
         kills = set().union(*(_stored(target) for target in statement.targets))
-        read = _read(statement.value).union(*(_read(target) for target in statement.targets))
+        read = _names_read(statement.value).union(*(_names_read(target) for target in statement.targets))
         return (after - kills) | read
-    return after | _read(statement)
+    return after | _names_read(statement)
 
 
 def _stored(target: ast.expr) -> set[str]:
@@ -99,7 +99,7 @@ def _stored(target: ast.expr) -> set[str]:
     return {name.id for name in names_of(target) if isinstance(name.ctx, ast.Store)}
 
 
-def _read(syntax: ast.AST) -> set[str]:
+def _names_read(syntax: ast.AST) -> set[str]:
     """Return the variables that an expression or a simple statement reads; the target of `x[i] = 1` counts as read."""
     read = {name.id for name in names_of(syntax) if isinstance(name.ctx, ast.Load)}
     if isinstance(syntax, ast.AugAssign):

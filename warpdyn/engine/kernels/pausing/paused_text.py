@@ -98,7 +98,7 @@ def pausing(composed: Composed, parts: Collection[str], struct: Any, lanes: int,
     wanted = live_names(function, place) & set_in([loop]) & set_in(before)
     scratch = {name for part, names in SCRATCH.items() if part in {"", *parts} for name in names.split()}
     kinds = _types(before, composed.names)
-    carried = _places(sorted(wanted - RESTARTED.keys() - scratch), kinds, lanes, real)
+    carried = _carried_variables(sorted(wanted - RESTARTED.keys() - scratch), kinds, lanes, real)
     lines = text.splitlines()
     head, tail = lines[: loop.lineno - 1], lines[loop.end_lineno :]
     inside = lines[loop.lineno - 1 : loop.end_lineno]
@@ -159,7 +159,7 @@ def _types(before: list[ast.stmt], names: dict[str, Any]) -> dict[str, Any]:
     return found
 
 
-def _places(variables: list[str], kinds: dict[str, Any], lanes: int, real: Any) -> tuple[Carried, ...]:
+def _carried_variables(variables: list[str], kinds: dict[str, Any], lanes: int, real: Any) -> tuple[Carried, ...]:
     """Return the rows of the variables in the arrays of the struct Paused.
 
     Args:

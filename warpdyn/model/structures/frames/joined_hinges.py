@@ -42,11 +42,11 @@ def joined_hinges(frame: Frame, hinges: object) -> tuple[Frame, dict[End, dict[s
             for name, member in columns:
                 y = frame.coordinates[frame.ends[member], 1]
                 ends.append((name, ENDS[int(y.argmin()) if kind == 0 else int(y.argmax())]))
-            joined = _joined(frame, given, ends, f"columns of storey {place}")
+            joined = _joined_hinge(frame, given, ends, f"columns of storey {place}")
             if joined is not None:
                 found[f"C{place}", end] = joined[1]
         beams = [(names[member], end) for member in level.beams for end in ENDS]
-        joined = _joined(frame, given, beams, f"beams of floor {place}")
+        joined = _joined_hinge(frame, given, beams, f"beams of floor {place}")
         if joined is not None:
             stiffness, found[f"B{place}", "start"] = joined
             _put_in_series(told, f"B{place}", stiffness)
@@ -95,7 +95,7 @@ def _hinges_by_end(frame: Frame, given: object) -> dict[End, dict[str, Any]]:
     return found
 
 
-def _joined(
+def _joined_hinge(
     frame: Frame, given: Mapping[End, Mapping[str, Any]], ends: Sequence[End], what: str
 ) -> tuple[float, dict[str, Any]] | None:
     """Return the stiffness [N m/rad] and the law of one hinge in place of several; None if no end has a hinge."""
