@@ -145,7 +145,7 @@ def sample_posterior(
 
     Args:
         log_likelihood: Function of all candidates, {parameter: values of shape [candidate]}, that returns the natural
-            logarithms of their likelihoods, shape [candidate]; -inf for impossible candidates.
+            logarithms of their likelihoods [1], shape [candidate]; -inf for impossible candidates.
         priors: Prior distribution of each parameter.
         candidates: Number of candidates, at least 100 and 20 per parameter.
         seed: Seed of every random draw.

@@ -122,6 +122,7 @@ class MeasuredResponse(FrozenArrays):
     Raises:
         ValueError: If a value is not finite, the step is not above 0, a floor is below 1 or occurs twice, or the
             numbers of sensors and floors differ.
+        TypeError: If `floors` is not a list.
 
     Example:
         >>> wd.MeasuredResponse(np.sin(np.arange(500) / 10), step=0.02, floors=[2])

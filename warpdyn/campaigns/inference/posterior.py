@@ -89,6 +89,7 @@ def posterior_scatter(posterior: xr.Dataset, *, structures: int | None = None, s
         GivenValues of each calibrated parameter of the structure, by name. Noise and offsets of sensors are omitted.
 
     Raises:
+        TypeError: If `posterior` is not a Dataset.
         ValueError: If the dataset has no calibrated parameters, or `structures` is larger than the number of samples.
 
     Example:

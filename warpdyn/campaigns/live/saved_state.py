@@ -105,7 +105,10 @@ def load_state(live: Live, path: str | os.PathLike) -> Live:
         TypeError: If `live` is not a Live.
 
     Example:
-        See `save_state`.
+        >>> scene = wd.Scene(building, motions[0], scatter)
+        >>> path = wd.save_state(wd.Live(scene, structures=3), "start.nc")
+        >>> wd.load_state(wd.Live(scene, structures=3), path).time
+        0.0
     """
     check_kind("load_state", "a Live", live, Live)
     with netCDF4.Dataset(os.fspath(path)) as file:

@@ -66,7 +66,7 @@ class LumpedDynamics(Dynamics):
             # Rotations of hinges are unknowns, not differences of displacements. Measured errors of float32 with
             # deteriorating hinges: up to 1.5e-5 of the peak drift, at drift ratios up to 8 %.
             self.counts_reversals = False
-            if str(self.law) == capped_rules.GENERAL:
+            if isinstance(self.law, Variant) and str(self.law) == capped_rules.GENERAL:
                 is_capped = capped_rules.applies(of_springs, representative)  # reads the first coefficients
                 self.law = capped_rules.variant() if is_capped else branchless_rules.variant(self.law)
         self.is_sensitive = structure.storey_law.is_sensitive(values)
