@@ -84,7 +84,7 @@ class Component:
         weights: Probabilities of the damage states of each limit state [1], one row for each limit state, with the sum
             1. None: one damage state for each limit state.
         place: Floor of the storey whose acceleration counts: "floor_above" (components that hang from it, such as
-            ceilings and pipes) or "floor_below" (components that stand on it; in storey 1 this is the ground).
+            ceilings and pipes) or "floor_below" (components fixed to it; in storey 1 this is the ground).
         period: Period of the component [s], one of the run's floor spectra; only for the floor spectrum.
         unit: Unit of the quantity, such as "30 m2".
 

@@ -32,7 +32,7 @@ def overturning_intervals(
 ) -> xr.Dataset:
     """Return all intervals of scale factors in which rocking blocks overturn under ground motions.
 
-    Overturning is not monotonic in the amplitude: a block that overturns under a motion may stand under a stronger one
+    Overturning is not monotonic in the amplitude: a block that overturns under a motion may survive a stronger one
     (Zhang and Makris 2001). The blocks are integrated at all given factors. Between two successive factors with
     different outcomes, a bisection finds the edge. Intervals that are narrower than the distance of two factors can be
     missed, so give many factors: 1,000 factors take a few milliseconds per motion.

@@ -86,7 +86,7 @@ def demand_of_storeys(
         ground[0] = peaks * run["scale_factor_of_motion"].values
     elif used is None or used[0]:
         raise ValueError(
-            f"{function}: component {name!r} stands on the floor below its storey, but the run has no {demand} of the "
-            "ground below storey 1: give place='floor_above', or the quantity 0 in storey 1"
+            f"{function}: component {name!r} is fixed to the floor below its storey, but the run has no {demand} of "
+            "the ground below storey 1: give place='floor_above', or the quantity 0 in storey 1"
         )
     return np.concatenate([ground, values[:-1]])

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-GENERATIONS = 2  # samples of a level count as dependent if they descend from one chain so many levels before
+GENERATIONS = 2  # samples of a level are dependent if they descend from one chain at most this many levels before
 
 
 class AncestralVariance:

@@ -1,4 +1,4 @@
-"""What a live ensemble answers after each packet: demands so far, their quantiles and damage-state probabilities."""
+"""Answers of a live ensemble after each packet: demands so far, their quantiles and damage-state probabilities."""
 
 from __future__ import annotations
 

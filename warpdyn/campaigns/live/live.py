@@ -180,7 +180,7 @@ class Live:
 
         Args:
             packets: The packets, such as those of `packets.from_socket`.
-            on_refused: "raise" raises the error of a refused packet; "warn" warns of it and goes on.
+            on_refused: "raise" raises the error of a refused packet; "warn" warns of it and continues.
         """
         one_of("on_refused", on_refused, ("raise", "warn"))
         for packet in packets:

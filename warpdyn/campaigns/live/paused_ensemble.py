@@ -1,4 +1,4 @@
-"""An ensemble whose response histories pause between intervals of the motion, and go on when more samples are known."""
+"""An ensemble whose response histories pause between intervals of the motion until more samples are known."""
 
 from __future__ import annotations
 
@@ -125,7 +125,7 @@ class PausedEnsemble:
         if not self.is_whole:
             raise ValueError(
                 "the integration of the last packet was interrupted, so that samples are at different times: begin "
-                "again, or go on from a saved state with wd.load_state"
+                "again, or continue from a saved state with wd.load_state"
             )
 
     def outputs(self, values: np.ndarray, motion: int, schedule: Schedule | None = None) -> Arrays:
@@ -187,15 +187,15 @@ class PausedEnsemble:
                 array.assign(arrays[name])
 
     def resample(self, samples: np.ndarray, drawn: Arrays | None = None) -> None:
-        """Let each sample go on from the state of another one, with its parameters or with new ones.
+        """Let each sample continue from the state of another one, with its parameters or with new ones.
 
         Args:
-            samples: Index of the sample from whose state sample i goes on, shape [sample].
+            samples: Index of the sample from whose state sample i continues, shape [sample].
             drawn: New scattered parameters of the structures, by name, first dimension structure; None: those of
                 `samples`.
 
         Raises:
-            ValueError: If a sample would go on from a sample with another integration step.
+            ValueError: If a sample would continue from a sample with another integration step.
         """
         ensemble, samples = self.ensemble, np.asarray(samples)
         substeps = ensemble.schedule.substeps

@@ -1,4 +1,4 @@
-"""Saved states of live ensembles: a netCDF file from which a new process goes on with the same bits."""
+"""Saved states of live ensembles: a netCDF file from which a new process continues with the same bits."""
 
 from __future__ import annotations
 
@@ -27,16 +27,16 @@ from warpdyn.foundations.files.netcdf import trace, write_at_once
 from warpdyn.foundations.files.unfinished import Unfinished
 
 KIND = "state of a live ensemble"  # attribute `kind` of the file
-# What must agree between the saved state and the Live that goes on: attribute -> what to do if it differs.
+# What must agree between the saved state and the Live that continues: attribute -> what to do if it differs.
 MUST_AGREE = {
     "scene": "it was saved from another scene (structure, scatter, recorders, motion or title): give the same Scene",
     "settings": "it was saved from another Live (structures, seed, unit, sampling_step, patience, longest_gap, method, "
     "step or number type): give the same arguments to wd.Live",
     "versions": "it was saved by other versions of warpdyn, Warp, NumPy or SciPy, whose results may differ in the last "
     "bits: install the same versions, or begin again from the record",
-    "machines": "it was saved on another kind of processor, which rounds differently: go on there, or begin again from "
-    "the record",
-    "kernels": "it was saved by kernels with another source text: go on with the same version of warpdyn, or begin "
+    "machines": "it was saved on another kind of processor, which rounds differently: continue there, or begin again "
+    "from the record",
+    "kernels": "it was saved by kernels with another source text: continue with the same version of warpdyn, or begin "
     "again from the record",
 }
 
@@ -92,7 +92,7 @@ def save_state(live: Live, path: str | os.PathLike) -> Path:
 
 
 def load_state(live: Live, path: str | os.PathLike) -> Live:
-    """Let a live ensemble go on from a saved state, and return it.
+    """Let a live ensemble continue from a saved state, and return it.
 
     Args:
         live: A Live with the scene and the arguments of the one that was saved.
@@ -135,7 +135,7 @@ def load_state(live: Live, path: str | os.PathLike) -> Live:
 
 
 def _identity(live: Live) -> dict[str, str]:
-    """Return hashes of all that must agree between a saved state and the Live that goes on, by attribute."""
+    """Return hashes of all that must agree between a saved state and the Live that continues, by attribute."""
     receiver = live.arriving.receiver
     of_packets = receiver.packet_step, receiver.factor, receiver.tracks[0].patience, receiver.tracks[0].longest_gap
     compiled = wp.config.optimization_level

@@ -29,7 +29,7 @@ class Arriving:
 
     def __init__(self, receiver: Receiver) -> None:
         self.receiver, self.refused, self._samples = receiver, 0, 0
-        self._record = np.zeros((FIRST_RECORD, len(receiver.tracks)))  # with room for more samples
+        self._record = np.zeros((FIRST_RECORD, len(receiver.tracks)))  # longer than the record so far
         self._offset: float | None = None  # least difference of clock and time stamps [s]
 
     @property

@@ -144,7 +144,7 @@ class Track:
             known = len(self.recent.values) * self.step
             raise RefusedPacket(
                 f"packet: its time goes back by {back:.4g} s, but only the last {known:.4g} s can be compared: it is "
-                "much too late, or its clock was set back. Leave it out"
+                "much too late, or its clock was set back. Remove this packet"
             )
         shared = min(segment.end, self.recent.end) - segment.first
         _compare(segment, self.recent)

@@ -31,7 +31,7 @@ ARRAYS = {wp.int32: "whole", wp.float64: "real64", wp.float32: "real"}
 # Variables that depend on the end of the run, which may not be known yet: {name: value at the first interval}. The
 # skeletons compute them again in the first interval.
 RESTARTED = {"next_change": "paused.first", "changed": "paused.first", PHASE: "paused.first"}
-# Vectors and matrices that each step sets before it reads them, or that are 0 between two intervals as they are at the
+# Vectors and matrices that each step sets before it reads them, or that are 0 between two intervals and at the
 # start: {part or skeleton that declares them: names}; "": of any part. They must not be stored: if the compiler sees
 # that they live on, it may fuse other products and sums, which changes the last bits of other variables.
 SCRATCH = {

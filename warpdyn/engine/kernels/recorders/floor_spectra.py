@@ -62,7 +62,9 @@ def declare():
     oscillation_rate = oscillators()
     peak_oscillation = oscillators()
     if PROPAGATED and COLLAPSE:
-        earlier_oscillation = oscillators()  # value of the previous step; it counts if the building stands in this one
+        earlier_oscillation = (
+            oscillators()
+        )  # value of the previous step; it counts if the building has not collapsed in this one
     of_rate = periods()  # factors of the step, see `oscillator_factors`
     of_displacement = periods()
     of_change = periods()

@@ -136,7 +136,7 @@ class HingedFishbone(HingedStructure):
             ...     told["members"][name] |= springs
             >>> steel = {"law": "bilinear", "yield_force": 3e5, "hardening_ratio": 0.003}
             >>> hinges = {(name, end): steel for name in told["members"] for end in ("start", "end")}
-            >>> bone = wd.HingedFishbone.from_frame(wd.Frame(**told), hinges)
+            >>> bone = wd.HingedFishbone.from_frame(wd.Frame(**told), hinges, p_delta=False)
             >>> {str(spring.name): float(spring.parameters["yield_force"]) for spring in bone.springs[1:]}
             {'C1 start': 600000.0, 'C1 end': 600000.0, 'B1 start': 600000.0}
         """
