@@ -22,6 +22,7 @@ from warpdyn.campaigns.live.packets.refused import RefusedPacket
 from warpdyn.campaigns.live.packets.track import Track
 from warpdyn.campaigns.live.paused_ensemble import PausedEnsemble
 from warpdyn.campaigns.reductions.limits import Limit
+from warpdyn.engine.kernels.build import load_kernel
 from warpdyn.engine.kernels.queues import open_queues
 from warpdyn.foundations.core.checks import check_kind, one_of, real_number
 from warpdyn.foundations.core.messages import warn_caller
@@ -121,6 +122,8 @@ class Live:
         guard(ensemble, vibration, integration.on_unstable, findings)
         self._answers = Answers(run.model, self.structures, limits, quantiles)
         self.paused = PausedEnsemble(ensemble)
+        for group in self.paused.groups:  # compiled now, so that the first packet does not wait
+            load_kernel(group.plan, self.paused.device)
         self.is_finished = False
 
     @property
