@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from conftest import ROOT
+from generate.validation import SUBJECTS
 from validation import KEPT, Measured, kept_rows
 
 from warpdyn.engine.laws import LAWS
@@ -56,6 +57,8 @@ def test_the_validation_report_is_of_todays_tests() -> None:
             if isinstance(node, ast.FunctionDef) and any(isinstance(f, ast.Name) and f.id == "measured" for f in calls):
                 using.add(f"{path.name}::{node.name}")
     assert {row["test"] for row in kept_rows().values()} == using - {f"{Path(__file__).name}::{ITSELF}"}
+    subjects = {f"{name}.py" for names in SUBJECTS.values() for name in names}
+    assert {row["test"].split("::")[0] for row in kept_rows().values()} <= subjects
     for row in kept_rows().values():
         assert 0 <= float(row["value"]) <= float(row["bound"]), row
 
