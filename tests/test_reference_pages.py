@@ -4,17 +4,20 @@ from __future__ import annotations
 
 import ast
 import csv
+import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
 from conftest import ROOT
-from generate.validation import SUBJECTS
 from validation import KEPT, Measured, kept_rows
 
 from warpdyn.engine.laws import LAWS
 from warpdyn.engine.methods.stability_limits import stability_limit
 from warpdyn.engine.methods.table import METHODS, StoreyForces, fitting_methods
+
+sys.path.insert(0, str(ROOT / "docs"))
+from generate.validation import SUBJECTS
 
 pytestmark = pytest.mark.fast
 ITSELF = "test_a_figure_beyond_its_bound_fails_and_so_does_another_claim"
