@@ -44,9 +44,9 @@ def screened(
     passes = np.ones(records.number, bool)
     left: dict[str, int] = {}
 
-    def apply(said: str, good: np.ndarray) -> None:
+    def apply(bound: str, good: np.ndarray) -> None:
         nonlocal passes
-        left[said] = int(good.sum())
+        left[bound] = int(good.sum())
         passes = passes & good
 
     assert records.table is not None  # from its constructor

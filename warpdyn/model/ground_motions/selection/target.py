@@ -138,10 +138,10 @@ class TargetSpectrum(FrozenArrays):
 
     def __repr__(self) -> str:
         periods = np.asarray(self.periods)
-        said = f"TargetSpectrum({periods.size} periods from {periods[0]:g} to {periods[-1]:g} s"
+        text = f"TargetSpectrum({periods.size} periods from {periods[0]:g} to {periods[-1]:g} s"
         if self.conditioning is not None:
-            said += f", {self.conditioning.name} = {self.level:.4g} g"
-        return said + ")"
+            text += f", {self.conditioning.name} = {self.level:.4g} g"
+        return text + ")"
 
 
 def index_of_period(periods: np.ndarray, period: float) -> int | None:
