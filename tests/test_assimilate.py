@@ -53,6 +53,17 @@ def exact_filter(measured, displacement, velocity):
     return np.array(means), covariance, np.array(logs)
 
 
+def measured_response(factor, scale=1.0):
+    """Accelerations of both floors with a factor of both stiffnesses under the scaled motion, without noise."""
+    over_step, rows = transition(factor)
+    state, found = np.zeros(4), [np.zeros(2)]
+    for place in range(1, COUNT):
+        load = scale * np.array([BASE[place - 1], (BASE[place] - BASE[place - 1]) / STEP])
+        state = over_step[:4, :4] @ state + over_step[:4, 4:] @ load
+        found.append(rows @ state)
+    return np.array(found)
+
+
 @pytest.fixture(scope="module")
 def record():
     return np.loadtxt(DATA / "kalman_two_storeys.csv", delimiter=",", skiprows=1)[:COUNT, 1:]
@@ -139,22 +150,13 @@ def test_exact_moves_have_the_posterior_of_quadrature_at_every_time(record):
     # Accelerations of the linear building without process noise, with a factor of both stiffnesses and an offset.
     random, truth, offset = np.random.default_rng(3), 0.93, 0.05
 
-    def response(factor):
-        over_step, rows = transition(factor)
-        state, found = np.zeros(4), [np.zeros(2)]
-        for place in range(1, COUNT):
-            load = np.array([BASE[place - 1], (BASE[place] - BASE[place - 1]) / STEP])
-            state = over_step[:4, :4] @ state + over_step[:4, 4:] @ load
-            found.append(rows @ state)
-        return np.array(found)
-
-    data = response(truth)[:, 1:] + offset + random.normal(0, 0.2, (COUNT, 1))
+    data = measured_response(truth)[:, 1:] + offset + random.normal(0, 0.2, (COUNT, 1))
     scene = wd.Scene(BUILDING, MOTION, {"stiffness": wd.RandomFactor(wd.Lognormal(1.0, 0.15))})
     measured = wd.MeasuredResponse(data, STEP, floors=[2], first=1)
     found = wd.assimilate(scene, measured, noise=0.2, offset=wd.Normal(0.0, 0.1), members=300, seed=1)
     z = np.linspace(-3.5, 2.5, 161)
     factors = np.exp(0.15 * z)
-    difference = np.array([data[1:, 0] - response(each)[1:, 1] for each in factors])
+    difference = np.array([data[1:, 0] - measured_response(each)[1:, 1] for each in factors])
     for place in (9, 24, 49):
         part, count = difference[:, : place + 1], place + 1
         covariance = 0.2**2 * np.eye(count) + 0.1**2  # the offset is common to all times
@@ -174,6 +176,36 @@ def test_exact_moves_have_the_posterior_of_quadrature_at_every_time(record):
     assert found["resampled"].sum() > 0
     assert found["parameter"].values.tolist() == ["stiffness[1]", "stiffness[2]", "sensor_offset[1]"]
     assert wd.posterior_scatter(found, structures=50)["stiffness"].values.shape == (50, 2)
+
+
+@pytest.mark.parametrize("options", [{}, {"method": "unscented_kalman", "velocity_noise": PROCESS}])
+def test_a_scaled_motion_and_a_late_first_time(options):
+    scaled = wd.OneMotionPerStructure([MOTION], scale=2.0), wd.GroundMotion(2.0 * BASE, STEP, "sine")
+    scatter = {"stiffness": wd.RandomFactor(wd.Lognormal(1.0, 0.15))}
+    # Measurements from the tenth time on: the particles are resampled before three of them count.
+    measured = wd.MeasuredResponse(measured_response(0.93, 2.0), STEP, first=10)
+    one, other = (
+        wd.assimilate(wd.Scene(BUILDING, each, scatter), measured, noise=NOISE, members=200, **options)
+        for each in scaled
+    )
+    for name in ("parameter_mean", "parameter_standard_deviation", "log_evidence"):
+        np.testing.assert_allclose(one[name], other[name], rtol=1e-9)
+    last, truth = one.isel(time=-1), 0.93 * STIFFNESS[0]
+    if not options:
+        assert one["resampled"].sum() > 0
+        assert np.unique(one["stiffness"].values[:, 0]).size > 100  # accepted moves
+    # Data without noise: the posterior deviates from the truth by far less than its deviation
+    assert abs(float(last["parameter_mean"][0]) - truth) < float(last["parameter_standard_deviation"][0])
+
+
+def test_filters_of_states_refuse_control():
+    control = wd.control.Control(
+        [wd.control.Actuator(1)], controller=wd.control.ConstantCommand(value=0.0), sampling_interval=STEP
+    )
+    scene = wd.Scene(BUILDING, MOTION, control=control)
+    measured = wd.MeasuredResponse(np.zeros((COUNT, 2)), STEP)
+    with pytest.raises(ValueError, match="without control=, or method='particle' without velocity_noise="):
+        wd.assimilate(scene, measured, noise=NOISE, velocity_noise=PROCESS)
 
 
 @pytest.mark.thorough

@@ -83,6 +83,12 @@ def test_hinges_must_be_a_dictionary():
         wd.HingedFrame(portal(), [HINGE])
 
 
+def test_a_pushover_analysis_is_refused():
+    structure = wd.HingedFrame(portal(), {("C1_1", "start"): HINGE})
+    with pytest.raises(ValueError, match=r"HingedFrame is not supported.*ForceHistory.*HingedFishbone.from_frame"):
+        wd.pushover(structure, [0.0, 0.1])
+
+
 def test_gravity_that_makes_hinges_yield_is_warned_of():
     frame = changed(members={"B1_1": {"gravity_load": 50e3}})
     # A beam of 6 m under 50 kN/m: about w L^2 / 12 = 150 kN m at its ends, less because the columns rotate.

@@ -271,12 +271,16 @@ class Model:
                 components = 1 if self.plan.pattern is None else self.plan.pattern.components
                 self._loads[place] = interpolated(self.loads_on(device), self.plan.dtype, finer, components)
             else:
-                packed: Arrays = self.scene.excitation.pack(self.timeline, self.plan.dofs)
-                packed |= self.scene.floor_spectra.arrays() if self.scene.floor_spectra else {}
-                if self.scene.control is not None:
-                    packed |= self.scene.control.packed(self.scene.structure)
-                self._loads[place] = arguments.brought("Load", packed, self.plan.dtype, device)
+                self._loads[place] = arguments.brought("Load", self.packed_loads(), self.plan.dtype, device)
         return self._loads[place]
+
+    def packed_loads(self) -> Arrays:
+        """Return the arrays of the struct Load by name: motions or forces, floor spectra and control."""
+        packed: Arrays = self.scene.excitation.pack(self.timeline, self.plan.dofs)
+        packed |= self.scene.floor_spectra.arrays() if self.scene.floor_spectra else {}
+        if self.scene.control is not None:
+            packed |= self.scene.control.packed(self.scene.structure)
+        return packed
 
     def blank_outputs(self, samples: int, names: Iterable[str] | None = None) -> Arrays:
         """Return uninitialised arrays [sample, ...] for the outputs `names` (None: all outputs), by name."""

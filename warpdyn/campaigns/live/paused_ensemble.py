@@ -68,7 +68,7 @@ class PausedEnsemble:
         self.is_whole = True
         # While the motion arrives, its end is not known: more intervals than kernels can count steps.
         self.most_intervals = MOST_STEPS // (int(ensemble.schedule.substeps.max()) + 1)
-        self._base = ensemble.scene.excitation.pack(ensemble.timeline, ensemble.plan.dofs)
+        self._base = ensemble.model.packed_loads()
         self._components = max(1, ensemble.scene.excitation.base_components)
         self._history = self.queue.upload("History", {}, self.dtype)
         self.groups = [self._group(launch) for launch in self._launches()]

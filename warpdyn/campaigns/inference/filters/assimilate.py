@@ -99,8 +99,8 @@ def assimilate(
 
     Raises:
         TypeError: If an argument is of another class.
-        ValueError: If a sensor is on a floor that does not exist, nothing is unknown, there are too few members, or a
-            number is out of its range.
+        ValueError: If a sensor is on a floor that does not exist, nothing is unknown, there are too few members, a
+            number is out of its range, or a filter that changes states gets a scene with control.
 
     Example:
         >>> time = np.arange(0, 3, 0.02)
@@ -148,9 +148,15 @@ def assimilate(
             "assimilate: nothing is unknown: give scatter= to the Scene, or velocity_noise=, initial_displacement= or "
             "initial_velocity="
         )
+    is_exact = method == "particle" and not is_random and prior is not None
+    if scene.control is not None and not is_exact:
+        raise ValueError(
+            "assimilate: this filter changes states between two samples, but not those of the sensors and the "
+            "controller: give a scene without control=, or method='particle' without velocity_noise=, "
+            "initial_displacement= and initial_velocity="
+        )
     count = _checked_members(members, method, unknowns.variables + 2 * scene.structure.dofs)
     random = np.random.default_rng(whole_number("seed", seed, 0))
-    is_exact = method == "particle" and not is_random and prior is not None
     with interruptible():
         if is_exact:
             found, normals, weights = DataTempering(

@@ -21,7 +21,6 @@ from warpdyn.campaigns.inference.resampling import effective_sample_size, normal
 from warpdyn.campaigns.inference.responses import ResponseMisfit
 from warpdyn.campaigns.inference.tempering import Proposals, Tempered, stage
 from warpdyn.campaigns.integration.settings import Execution
-from warpdyn.model.ground_motions.designs import Cloud
 from warpdyn.model.ground_motions.motions import GroundMotion
 from warpdyn.model.scene.scene import Scene
 
@@ -77,7 +76,7 @@ class DataTempering:
             found.effective.append(effective_sample_size(weights))
             found.log_evidence.append(particles.log_evidence + log_mean)
             found.distance.append(np.nan)
-            enough = found.effective[-1] >= LEAST_SHARE * len(weights) or first + time + 1 < FEWEST_POINTS
+            enough = found.effective[-1] >= LEAST_SHARE * len(weights) or time + 1 < FEWEST_POINTS
             found.resampled.append(not enough)
             if enough:
                 continue
@@ -113,6 +112,6 @@ class DataTempering:
         motion = known.motions[0]
         most = int(np.ceil((count - 1) * measured.step / motion.step * (1 - 1e-9))) + 1
         shorter = GroundMotion(np.asarray(motion.values)[: max(most, 2)], motion.step, motion.name)
-        scene = replace(self.scene, excitation=Cloud([shorter]), tail=None)
+        scene = replace(self.scene, excitation=replace(known, motions=(shorter,)), tail=None)
         misfit = ResponseMisfit(scene, self.prior, measured, self.execution, None)
         return Likelihood(self.prior, misfit, misfit.count, measured.channels, self.noise, self.unknowns.offset)

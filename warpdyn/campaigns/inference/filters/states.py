@@ -65,7 +65,7 @@ class StructureStates:
         # A kernel reads states from the second interval on: a first interval at rest, before the motion, precedes it.
         self.paused.advance(np.zeros((2, 1)))
         found = self.paused.states()
-        found[BASE][:] = self.motion.values[0]
+        found[BASE][:] = self.motion.values[0] * ensemble.assignment.scale[:, None]
         self.paused.set_states(found)
         self.names: tuple[str, ...] = (DISPLACEMENT, VELOCITY)
         # The memory of other laws contains branches and counts, which cannot be corrected by a linear update.

@@ -44,6 +44,8 @@ SCRATCH = {
     "implicit_chain": "below_before below_now rise",
     "search": "correction force_size mode rounded slope slope_end slope_next unbalanced unbalanced_last",
 }
+# Names in SCRATCH that a part reads in the first stage of a step, before it sets them: {part: names}. They are stored.
+KEPT = {"massless_rotations": "spring_force"}
 HELD = "stands[0] == dtype(0.0)"  # condition under which a kernel with one sample per thread leaves its loop early
 
 
@@ -97,6 +99,7 @@ def pausing(composed: Composed, parts: Collection[str], struct: Any, lanes: int,
     before, loop = function.body[:place], function.body[place]
     wanted = live_names(function, place) & set_in([loop]) & set_in(before)
     scratch = {name for part, names in SCRATCH.items() if part in {"", *parts} for name in names.split()}
+    scratch -= {name for part, names in KEPT.items() if part in parts for name in names.split()}
     kinds = _types(before, composed.names)
     carried = _carried_variables(sorted(wanted - RESTARTED.keys() - scratch), kinds, lanes, real)
     lines = text.splitlines()
