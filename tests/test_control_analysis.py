@@ -9,6 +9,7 @@ from scipy.linalg import expm
 from validation import difference, relative_difference
 
 import warpdyn as wd
+from warpdyn.engine.kernels.control.control_sampling import _sensed_motions
 
 control = wd.control
 # The three-storey model building of Dyke, Spencer, Sain and Carlson (1996); its stiffness matrix is not that of a chain
@@ -188,6 +189,7 @@ def test_state_space_of_a_chain_is_that_of_its_lumped_structure():
 
 
 GOOD = dict(actuators=TENDON, regulator=control.Regulator([[0.0, 0.0, 1e4, 0.0]]), sampling_interval=0.02)
+SKYHOOK = control.OnOffSkyhook(low=1e3, high=1e5)
 DAMPER = [control.VariableDamper(1, low=1e3, high=1e5)]
 BAD = {
     "no sampling": ({"sampling_interval": None}, ValueError, "sampling_interval is missing"),
@@ -199,6 +201,21 @@ BAD = {
     "negative noise": ({"noise": {"velocity": -1.0}}, ValueError, r"noise of velocity \[m/s\]"),
     "two gains": ({"regulator": control.Regulator(np.zeros((2, 4)))}, ValueError, "the regulator has 2 actuators"),
     "coefficient": ({"actuators": DAMPER}, ValueError, "the command of a VariableDamper is a coefficient"),
+    "force for a voltage": (
+        {"actuators": [control.MRDamper(1)], "controller": control.SkyhookDamper(coefficient=1e3)},
+        ValueError,
+        r"SkyhookDamper returns a force \[N\], but the command of actuator 1, a MRDamper, is a voltage \[V\]",
+    ),
+    "coefficient for a force": (
+        {"actuators": [*DAMPER, *TENDON], "regulator": None, "controller": SKYHOOK},
+        ValueError,
+        "OnOffSkyhook returns a coefficient .* actuator 2, a Actuator, is a force",
+    ),
+    "no desired force": (
+        {"actuators": [control.MRDamper(1)], "regulator": None, "controller": control.ClippedOptimal(voltage=2.0)},
+        ValueError,
+        "ClippedOptimal reads measured.desired, which is 0 without a regulator: give regulator=",
+    ),
     "on_limit": ({"on_limit": "stop"}, ValueError, "unknown on_limit 'stop'"),
     "design": (
         {"regulator": control.lqr(CHAIN, TENDON, force_weight=1e-8, sampling_interval=0.01)},
@@ -288,6 +305,20 @@ def test_actuators_refuse_wrong_values():
         control.MRDamper(1, beta=-4e6)
     with pytest.raises(TypeError, match="place must be the number of a storey"):
         control.Actuator(None)
+
+
+def test_upper_ends_have_the_velocities_of_all_positive_factors():
+    rules = control.Control(
+        [control.Actuator({1: 0.5, 2: 0.25}), control.Actuator(2), control.Actuator({1: -1.0})],
+        controller=control.SkyhookDamper(coefficient=1.0),
+        sampling_interval=0.01,
+    ).rules(CHAIN)
+    sensed = {"sensed": [0.1, 0.2, 3.0, 4.0], "dtype": float}
+    found = {name: np.full(3, np.nan) for name in ("sensed_drift", "sensed_rate", "upper_rate")}
+    exec(_sensed_motions(rules, 2), sensed | found)
+    np.testing.assert_allclose(found["upper_rate"], [2.5, 4.0, 0.0])
+    np.testing.assert_allclose(found["sensed_rate"], [2.5, 1.0, -3.0])
+    np.testing.assert_allclose(found["sensed_drift"], [0.1, 0.1, -0.1])
 
 
 def test_uncontrolled_kernels_contain_nothing_of_control():

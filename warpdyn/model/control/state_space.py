@@ -46,16 +46,14 @@ class StateSpace(NamedTuple):
         return self.dynamics[dofs:], self.input[dofs:]
 
 
-def check_structure(structure: Any) -> Structure:
-    """Return the structure; raise a TypeError or ValueError unless it can be controlled."""
+def check_structure(structure: Any, purpose: str = "can be controlled") -> Structure:
+    """Return the structure; raise a TypeError or ValueError unless it can be controlled, or serve another purpose."""
     if not isinstance(structure, ShearBuilding | LumpedStructure):
-        raise TypeError(f"only {CONTROLLED} can be controlled, got {type(structure).__name__}")
+        raise TypeError(f"only {CONTROLLED} {purpose}, got {type(structure).__name__}")
     if structure.components > 1:
-        raise ValueError(
-            f"only {CONTROLLED} can be controlled, but this structure has {structure.components} components"
-        )
+        raise ValueError(f"only {CONTROLLED} {purpose}, but this structure has {structure.components} components")
     if isinstance(structure, LumpedStructure) and structure.column_line is not None:
-        raise ValueError(f"only {CONTROLLED} can be controlled, not a frame with hinges")
+        raise ValueError(f"only {CONTROLLED} {purpose}, not a frame with hinges")
     return structure
 
 
