@@ -39,6 +39,10 @@ class OnOffSkyhook(Controller):
     low: float = parameter("N s m-1", "coefficient if the damper would accelerate the body", low=0.0)
     high: float = parameter("N s m-1", "coefficient if the damper slows the body down", low=0.0, low_open=True)
 
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        _check_order(self.low, self.high)
+
     def command(measured: Any, memory: Any, c: Any) -> Any:
         absolute = measured.upper_velocity + measured.ground_velocity
         if absolute * measured.rate > 0:
@@ -60,6 +64,10 @@ class ContinuousSkyhook(Controller):
     acts_on = DAMPER
     low: float = parameter("N s m-1", "lowest coefficient", low=0.0)
     high: float = parameter("N s m-1", "highest coefficient, and that of the ideal skyhook", low=0.0, low_open=True)
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        _check_order(self.low, self.high)
 
     def command(measured: Any, memory: Any, c: Any) -> Any:
         absolute = measured.upper_velocity + measured.ground_velocity
@@ -100,3 +108,9 @@ class ConstantCommand(Controller):
 
     def command(measured: Any, memory: Any, c: Any) -> Any:
         return c.value
+
+
+def _check_order(low: float, high: float) -> None:
+    """Raise a ValueError if the low coefficient of a semi-active damper is above the high one."""
+    if low > high:
+        raise ValueError(f"low={low:g} N s/m is above high={high:g} N s/m: exchange them")

@@ -191,7 +191,9 @@ class Control:
         if slowest * self.sampling_interval > COARSE_SAMPLING:
             warn_caller(
                 f"sampling_interval={self.sampling_interval:g} s is long for the first period of the structure, "
-                f"{2 * np.pi / slowest:.3g} s: the commands lag behind the vibration by half of the interval"
+                f"{2 * np.pi / slowest:.3g} s: the commands lag behind the vibration by half of the interval. "
+                f"sampling_interval= is in seconds: if {self.sampling_interval:g} is in ms, give "
+                f"{self.sampling_interval / 1000:g}"
             )
 
     def rules(self, structure: Structure) -> ControlRules:

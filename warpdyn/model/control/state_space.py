@@ -79,11 +79,16 @@ def state_space(
         ((4, 4), (4, 1))
     """
     check_structure(structure)
+    if not isinstance(actuators, list | tuple):
+        raise TypeError(f"actuators must be a list, got {type(actuators).__name__}: give [actuator]")
     values = {name: np.asarray(each, float) for name, each in structure.nominal_values.items()}
     for name, given in (parameters or {}).items():
         if name not in values:
             raise ValueError(f"the structure has no parameter {name!r}{did_you_mean(name, list(values))}")
         values[name] = np.broadcast_to(finite_numbers(name, given), values[name].shape)
+        known = structure.parameter_table.get(name)
+        if known is not None and (wrong := known.violations(values[name])).any():
+            raise ValueError(f"{name} in parameters must be {known.allowed}, got {values[name][wrong][0]:g}")
     if isinstance(structure, LumpedStructure):
         found = structure.central_matrices(values)
         mass, damping, stiffness = found["mass"], found["damping"], found["stiffness"]
