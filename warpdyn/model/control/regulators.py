@@ -233,6 +233,7 @@ def _weights(
     of_states = finite_numbers("state_weight", state_weight)
     if of_states.shape != (states, states):
         raise ValueError(f"state_weight must have shape {(states, states)}, got {of_states.shape}")
+    _check_semidefinite(of_states)
     of_forces = finite_numbers("force_weight", force_weight)
     of_forces = of_forces * np.eye(forces) if of_forces.ndim == 0 else of_forces
     if of_forces.shape != (forces, forces):
@@ -252,6 +253,18 @@ def _weights(
         mixed = rows.T @ (weight * direct)
         of_forces = of_forces + direct.T @ (weight * direct)
     return of_states, mixed, of_forces
+
+
+def _check_semidefinite(of_states: np.ndarray) -> None:
+    """Raise a ValueError if the weight of the states has a negative eigenvalue, beyond rounding errors."""
+    size = np.sqrt(np.abs(np.diag(of_states)))
+    scale = 1 / np.where(size > 0, size, 1.0)  # displacements and velocities have different units
+    eigenvalues = np.linalg.eigvalsh(scale[:, None] * (of_states + of_states.T) / 2 * scale)
+    if eigenvalues.min() < -1e-9 * np.abs(eigenvalues).max():
+        raise ValueError(
+            "state_weight must be positive semidefinite, but it has a negative eigenvalue, so that the regulator would "
+            "increase the vibration: correct its signs, or give a matrix C.T @ C of the outputs C x that must be small"
+        )
 
 
 def _gain(system: StateSpace, weights: tuple[np.ndarray, np.ndarray, np.ndarray], interval: float | None) -> np.ndarray:
