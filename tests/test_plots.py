@@ -33,7 +33,7 @@ def selected_records() -> wd.RecordSelection:
     motions = [wd.GroundMotion(factor * PULSE.acceleration, 0.01, f"pulse {factor}") for factor in (0.2, 0.5, 1.0, 2.0)]
     spectra = wd.RecordSpectra.from_motions(motions, periods=[0.1, 0.3, 1.0])
     target = wd.TargetSpectrum([0.1, 0.3, 1.0], [0.8, 0.4, 0.2], [0.3, 0.0, 0.4], wd.SpectralAcceleration(0.3))
-    return wd.select_records(spectra, target, number=4)
+    return wd.select_records(spectra, target, number=4, scale=(0.05, 20.0))
 
 
 def shares_of_variance() -> xr.Dataset:

@@ -245,12 +245,7 @@ def _weights(
     if of_states.shape != (states, states):
         raise ValueError(f"state_weight must have shape {(states, states)}, got {of_states.shape}")
     _check_symmetric("state_weight", of_states)
-    least, largest = np.linalg.eigvalsh(of_states)[[0, -1]]
-    if least < -ROUNDING * max(abs(least), largest):
-        raise ValueError(
-            f"state_weight must be positive semidefinite, but its least eigenvalue is {least:.3g}: it would reward "
-            "vibration. Give weights of at least 0"
-        )
+    _check_semidefinite(of_states)
     of_forces = finite_numbers("force_weight", force_weight)
     of_forces = of_forces * np.eye(forces) if of_forces.ndim == 0 else of_forces
     if of_forces.shape != (forces, forces):
@@ -277,6 +272,18 @@ def _check_symmetric(name: str, weight: np.ndarray) -> None:
     """Raise a ValueError if a matrix of weights is not symmetric."""
     if np.abs(weight - weight.T).max() > ROUNDING * np.abs(weight).max():
         raise ValueError(f"{name} must be symmetric: give ({name} + {name}.T) / 2, which has the same cost")
+
+
+def _check_semidefinite(of_states: np.ndarray) -> None:
+    """Raise a ValueError if the weight of the states has a negative eigenvalue, beyond rounding errors."""
+    size = np.sqrt(np.abs(np.diag(of_states)))
+    scale = 1 / np.where(size > 0, size, 1.0)  # displacements and velocities have different units
+    eigenvalues = np.linalg.eigvalsh(scale[:, None] * (of_states + of_states.T) / 2 * scale)
+    if eigenvalues.min() < -1e-9 * np.abs(eigenvalues).max():
+        raise ValueError(
+            "state_weight must be positive semidefinite, but it has a negative eigenvalue, so that the regulator would "
+            "increase the vibration: correct its signs, or give a matrix C.T @ C of the outputs C x that must be small"
+        )
 
 
 def _gain(system: StateSpace, weights: tuple[np.ndarray, np.ndarray, np.ndarray], interval: float | None) -> np.ndarray:

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from warpdyn.foundations.core.checks import finite_numbers, one_of, real_number, shortened
 from warpdyn.foundations.core.near_misses import suggests_names
+from warpdyn.foundations.core.plausibility import PlausibilityFindings
 from warpdyn.foundations.files.text import existing_file, read_csv
 from warpdyn.model.ground_motions.measures.measure import IntensityMeasure
 from warpdyn.model.ground_motions.measures.one_component import AverageSpectralAcceleration, SpectralAcceleration
@@ -93,6 +94,11 @@ def conditional_spectrum(
         ln_level = float(of_measure[0] + real_number("epsilon", epsilon) * np.sqrt(variance[0]))
     else:
         ln_level = float(np.log(real_number("level [g]", level, above=0, units="g")))
+    findings = PlausibilityFindings()
+    findings.add("median_spectral_acceleration", np.exp(means).max())
+    # One of several causal scenarios must reach the level.
+    findings.add("conditioning_epsilon", np.abs((ln_level - of_measure) / np.sqrt(variance)).min())
+    findings.warn()
     # A normal distribution, given the value of a linear combination.
     given = means + with_measure / variance[:, None] * (ln_level - of_measure)[:, None]
     left = covariances - with_measure[:, :, None] * with_measure[:, None, :] / variance[:, None, None]

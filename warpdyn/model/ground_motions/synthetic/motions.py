@@ -12,6 +12,7 @@ from scipy.special import gammaincinv, gammaln
 
 from warpdyn.foundations.core.checks import check_memory, finite_numbers, real_number, whole_number
 from warpdyn.foundations.core.near_misses import did_you_mean, suggests_names
+from warpdyn.foundations.core.plausibility import PlausibilityFindings
 from warpdyn.foundations.core.random_numbers import key_of
 from warpdyn.foundations.core.units import STANDARD_GRAVITY
 from warpdyn.model.ground_motions.motions import GroundMotion
@@ -89,6 +90,11 @@ def synthetic_motions(
             f"{corner:g} Hz: give a step of at most {min(SHARE_OF_PERIOD / fastest, 0.1 / corner):.3g} s"
         )
     samples = np.ceil((scale * gammaincinv(shape, LAST) + TAIL / corner) / step).astype(np.int64) + 1
+    findings = PlausibilityFindings()
+    findings.add_each(
+        "synthetic_arias_intensity", values["arias_intensity"].tolist(), lambda row: f" in row {row} of parameters"
+    )
+    findings.warn()
     check_memory(
         f"{len(index)} synthetic motions", 8.0 * samples.sum(), "generate fewer at once, by first= and number="
     )
