@@ -123,7 +123,10 @@ def select_records(
     }
     shares = finite_numbers("select_records: weights", weights)
     if shares.shape != (3,) or np.any(shares < 0) or shares[0] + shares[1] <= 0:
-        raise ValueError(f"select_records: weights must be 3 numbers, such as (1.0, 2.0, 0.3), got {weights!r}")
+        raise ValueError(
+            "select_records: weights must be 3 numbers of at least 0, such as (1.0, 2.0, 0.3), and that of the mean or "
+            f"that of the standard deviation must be above 0, got {weights!r}"
+        )
     events = events_of(records)
     if most_per_event is not None and records.table is not None and "event" not in records.table:
         raise ValueError(
