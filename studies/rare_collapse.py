@@ -138,7 +138,8 @@ def draw(table: xr.Dataset, by_plain: xr.Dataset) -> Figure:
         right.plot(part["probability"], part["histories_for_target"], marker, label=name)
     p = np.geomspace(1e-7, 0.1, 50)
     right.plot(p, (1 - p) / (p * TARGET**2), "k--", label="plain Monte Carlo")
-    right.set(xscale="log", yscale="log", xlabel="probability", ylabel=f"histories for a c.o.v. of {TARGET:.0%}")
+    right.set(xscale="log", yscale="log", xlabel="probability")
+    right.set_ylabel(f"histories for a c.o.v. of {100 * TARGET:.0f} %")
     right.invert_xaxis()
     right.legend(fontsize="small")
     for panel in (left, right):

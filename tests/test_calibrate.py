@@ -151,6 +151,22 @@ def test_evidence_compares_laws(elastic):
     other = posterior.assign_attrs(measurement="another test")
     with pytest.raises(ValueError, match="different measurements"):
         wd.compare_evidence({"one": posterior, "two": other})
+    of_times = posterior.assign(log_evidence=("time", np.zeros(3)))
+    with pytest.raises(ValueError, match=r"filtered is a result of assimilate.*give results of calibrate"):
+        wd.compare_evidence({"one": posterior, "filtered": of_times})
+
+
+def test_measurements_are_the_same_only_if_their_counted_values_are():
+    loop = [0.0, 0.01, 0.0, -0.01, 0.0], [0.0, 2e5, -1e5, -2e5, 1e5]
+    values = np.arange(8.0)
+    of_loop = [wd.MeasuredLoop(*loop, **more) for more in ({}, {"first": 1}, {"velocity": loop[0]})]
+    of_loop.append(wd.MeasuredLoop(loop[0], [0.0, 2e5, -1e5, -2e5, 1.1e5]))
+    more = ({}, {"first": 1}, {"floors": [2]}, {"quantity": "velocity"}, {"step": 0.03})
+    of_floors = [wd.MeasuredResponse(values, **{"step": 0.02} | each) for each in more]
+    of_floors.append(wd.MeasuredResponse(values + 1e-12, 0.02))
+    assert len({each.identity for each in (*of_loop, *of_floors)}) == 10
+    changed = np.concatenate([[5.0], values[1:]])
+    assert of_floors[1].identity == wd.MeasuredResponse(changed, 0.02, first=1).identity
 
 
 def test_misfit_of_a_bouc_wen_loop_is_that_of_the_law():

@@ -19,6 +19,7 @@ from combination_cases import (
     MANY,
     NOISE,
     RECORDED_IN,
+    RECORDERS,
     REMAINING,
     ROW_OF_LAW,
     SAMPLES,
@@ -47,7 +48,7 @@ from warpdyn.campaigns.running import pipeline
 from warpdyn.campaigns.running.regions import job
 from warpdyn.engine.kernels import build
 from warpdyn.engine.kernels.loads import LOADS
-from warpdyn.engine.kernels.output_table import HISTORY, RECORDERS
+from warpdyn.engine.kernels.output_table import HISTORY
 from warpdyn.engine.kernels.plan import DTYPES
 from warpdyn.engine.kernels.queues import CpuQueue
 from warpdyn.engine.methods.table import LINEAR, METHODS, fitting_methods

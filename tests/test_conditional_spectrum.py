@@ -113,8 +113,20 @@ def test_spectra_of_openquake(tmp_path):
     a, b, c = (float(wd.spectral_correlation(*pair)) for pair in ((0.1, 1.0), (0.1, 0.2), (0.2, 1.0)))
     partial = (a - b * c) / np.sqrt((1 - b**2) * (1 - c**2))
     assert frequent.covariance[0, 2] == pytest.approx(0.39 * 0.5 * partial, rel=1e-12)
+    file.write_text(
+        file.read_text() + "2.0E-02,quantile-0.5,0.1,9.0E-01,3.8E-01\n2.0E-02,quantile-0.5,0.2,1.2,1.0E-02\n"
+    )
+    assert [target.level for target in wd.read_openquake_spectrum(file, wd.SpectralAcceleration(0.2))] == [0.6, 1.3821]
+    (middle,) = wd.read_openquake_spectrum(file, wd.SpectralAcceleration(0.2), statistic="quantile-0.5")
+    assert middle.level == 1.2
+    with pytest.raises(ValueError, match=r"unknown statistic 'quantile-0.8'.*'mean'"):
+        wd.read_openquake_spectrum(file, wd.SpectralAcceleration(0.2), statistic="quantile-0.8")
     with pytest.raises(ValueError, match=r"no row for the conditioning period 0.5 s.*\[0.1, 0.2"):
         wd.read_openquake_spectrum(file, wd.SpectralAcceleration(0.5))
+
+
+def correlated(correlation):
+    return wd.conditional_spectrum(*GOOD, ONE, level=0.1, correlation=correlation)
 
 
 GOOD = ([0.5, 1.0], [0.3, 0.2], [0.4, 0.5])
@@ -133,6 +145,14 @@ CROSSED = [[0.16, 0.3], [0.3, 0.25]]  # a correlation of 1.5
         (lambda: wd.conditional_spectrum(*GOOD, ONE), "either level= .g. or epsilon="),
         (lambda: wd.conditional_spectrum(*GOOD, wd.SpectralAcceleration(0.7), level=0.1), "0.7 s is missing: add it"),
         (lambda: wd.conditional_spectrum(*GOOD, wd.PeakGroundAcceleration(), level=0.1), "conditioning must be wd.Sp"),
+        (lambda: wd.conditional_spectrum(*GOOD, wd.SpectralAcceleration(1.0, 0.02), level=0.1), "damping ratio 0.02"),
+        (lambda: correlated(lambda a, b: 0.5 + 0 * a * b), "with itself that is not 1: 0.5 for 0.5 and 0.5 s"),
+        (lambda: correlated(lambda a, b: np.ones(2)), r"shape \[2, 2\].*got shape \(2,\)"),
+        (
+            lambda: correlated(lambda a, b: 1 + 0.3 * (a < b)),
+            "differ if both periods are exchanged: 1.3 for 0.5 and 1 s",
+        ),
+        (lambda: correlated(lambda a, b: 1.0 + np.abs(a - b)), "a value outside -1 to 1: 1.5 for 0.5 and 1 s"),
         (lambda: wd.spectral_correlation(0.5, 12.0), "periods from 0.01 to 10 s.*got 12"),
         (lambda: wd.ground_motion_model("Boore", [0.5], [6.5]), "parameters must be a dict of numbers"),
     ],

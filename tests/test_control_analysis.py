@@ -9,6 +9,9 @@ from scipy.linalg import expm
 from validation import difference, relative_difference
 
 import warpdyn as wd
+from warpdyn.campaigns.integration.stability_guard import StabilityFindings
+from warpdyn.engine.kernels.control.control_sampling import _sensed_motions
+from warpdyn.foundations.core.output_variables import DIVERGED
 
 control = wd.control
 # The three-storey model building of Dyke, Spencer, Sain and Carlson (1996); its stiffness matrix is not that of a chain
@@ -188,6 +191,7 @@ def test_state_space_of_a_chain_is_that_of_its_lumped_structure():
 
 
 GOOD = dict(actuators=TENDON, regulator=control.Regulator([[0.0, 0.0, 1e4, 0.0]]), sampling_interval=0.02)
+SKYHOOK = control.OnOffSkyhook(low=1e3, high=1e5)
 DAMPER = [control.VariableDamper(1, low=1e3, high=1e5)]
 BAD = {
     "no sampling": ({"sampling_interval": None}, ValueError, "sampling_interval is missing"),
@@ -199,6 +203,21 @@ BAD = {
     "negative noise": ({"noise": {"velocity": -1.0}}, ValueError, r"noise of velocity \[m/s\]"),
     "two gains": ({"regulator": control.Regulator(np.zeros((2, 4)))}, ValueError, "the regulator has 2 actuators"),
     "coefficient": ({"actuators": DAMPER}, ValueError, "the command of a VariableDamper is a coefficient"),
+    "force for a voltage": (
+        {"actuators": [control.MRDamper(1)], "controller": control.SkyhookDamper(coefficient=1e3)},
+        ValueError,
+        r"SkyhookDamper returns a force \[N\], but the command of actuator 1, a MRDamper, is a voltage \[V\]",
+    ),
+    "coefficient for a force": (
+        {"actuators": [*DAMPER, *TENDON], "regulator": None, "controller": SKYHOOK},
+        ValueError,
+        "OnOffSkyhook returns a coefficient .* actuator 2, a Actuator, is a force",
+    ),
+    "no desired force": (
+        {"actuators": [control.MRDamper(1)], "regulator": None, "controller": control.ClippedOptimal(voltage=2.0)},
+        ValueError,
+        "ClippedOptimal reads measured.desired, which is 0 without a regulator: give regulator=",
+    ),
     "on_limit": ({"on_limit": "stop"}, ValueError, "unknown on_limit 'stop'"),
     "design": (
         {"regulator": control.lqr(CHAIN, TENDON, force_weight=1e-8, sampling_interval=0.01)},
@@ -206,6 +225,57 @@ BAD = {
         "designed for sampling_interval=0.01 s, not 0.02 s",
     ),
 }
+WEIGHTS = {
+    "negative": ({"state_weight": -np.eye(4)}, ValueError, "state_weight must be positive semidefinite"),
+    "not symmetric": ({"state_weight": np.triu(np.ones((4, 4)))}, ValueError, "state_weight must be symmetric"),
+    "two forces": ({"force_weight": [[2.0, 1.0], [0.0, 2.0]]}, ValueError, "force_weight must be symmetric"),
+    "no list": ({"actuators": control.Actuator(1)}, TypeError, r"got Actuator: give \[actuator\]"),
+    "stiffness": (
+        {"parameters": {"stiffness": -1e8}},
+        ValueError,
+        "stiffness in parameters must be .*above 0, got -1e",
+    ),
+}
+
+
+@pytest.mark.parametrize("case", WEIGHTS)
+def test_a_wrong_design_of_a_regulator_is_refused(case):
+    changed, kind, message = WEIGHTS[case]
+    given = {"force_weight": 1e-8, "actuators": TENDON * (2 if case == "two forces" else 1)} | changed
+    with pytest.raises(kind, match=message):
+        control.lqr(CHAIN, **given)
+
+
+def test_a_regulator_belongs_to_a_number_of_degrees_of_freedom():
+    three = control.lqr(wd.ShearBuilding(np.full(3, 1e5), 1e8, 3.0), TENDON, force_weight=1e-8)
+    loop = control.Control(**GOOD | {"regulator": three})  # its 6 columns could be those of 2 floors with accelerations
+    with pytest.raises(ValueError, match="designed for 3 degrees of freedom, but the structure has 2"):
+        wd.Scene(CHAIN, wd.Cloud([MOTION]), control=loop)
+    assert control.delay_margin(CHAIN, TENDON, control.Regulator(np.zeros((1, 4)))) == np.inf
+    with pytest.raises(
+        TypeError, match=r"Scene\(control=...\) takes a wd.control.Control, got Regulator: give control="
+    ):
+        wd.Scene(CHAIN, wd.Cloud([MOTION]), control=three)
+
+
+def test_warnings_of_commands_beyond_the_limits_of_an_actuator():
+    beyond = {
+        "high": (DAMPER, control.OnOffSkyhook(low=1e3, high=1e9)),
+        "value": ([control.MRDamper(1)], control.ConstantCommand(value=240.0)),
+    }
+    for name, (actuators, controller) in beyond.items():
+        loop = control.Control(actuators, controller=controller, sampling_interval=0.02)
+        with pytest.warns(UserWarning, match=f"{name}=.* is beyond the limits of actuator 1"):
+            wd.Scene(CHAIN, wd.Cloud([MOTION]), control=loop)
+    with pytest.raises(ValueError, match="low=10 N s/m is above high=1 N s/m: exchange them"):
+        control.OnOffSkyhook(low=10.0, high=1.0)
+
+
+def test_the_warning_of_diverged_samples_names_the_loop():
+    findings = StabilityFindings(3, "rk4")
+    findings.is_controlled, findings.failed[DIVERGED] = True, 1
+    with pytest.warns(UserWarning, match="loop may be unstable: see wd.control.sampled_eigenvalues and .*delay_margin"):
+        findings.warn("substep")
 
 
 @pytest.mark.parametrize("case", BAD)
@@ -256,7 +326,7 @@ def test_scenes_that_cannot_be_controlled():
 
 
 def test_warnings_of_slow_sampling():
-    with pytest.warns(UserWarning, match="sampling_interval=0.2 s is long for the first period"):
+    with pytest.warns(UserWarning, match="=0.2 s is long for the first period.* in ms, give 0.0002"):
         wd.Scene(CHAIN, wd.Cloud([MOTION]), control=control.Control(**GOOD | {"sampling_interval": 0.2}))
 
 
@@ -286,8 +356,24 @@ def test_actuators_refuse_wrong_values():
         control.VariableDamper(1, low=2.0, high=1.0)
     with pytest.raises(ValueError, match="grows without bound"):
         control.MRDamper(1, beta=-4e6)
+    with pytest.raises(ValueError, match="factor of 1 in place must be a finite number, got nan"):
+        control.Actuator({1: np.nan})
     with pytest.raises(TypeError, match="place must be the number of a storey"):
         control.Actuator(None)
+
+
+def test_upper_ends_have_the_velocities_of_all_positive_factors():
+    rules = control.Control(
+        [control.Actuator({1: 0.5, 2: 0.25}), control.Actuator(2), control.Actuator({1: -1.0})],
+        controller=control.SkyhookDamper(coefficient=1.0),
+        sampling_interval=0.01,
+    ).rules(CHAIN)
+    sensed = {"sensed": [0.1, 0.2, 3.0, 4.0], "dtype": float}
+    found = {name: np.full(3, np.nan) for name in ("sensed_drift", "sensed_rate", "upper_rate")}
+    exec(_sensed_motions(rules, 2), sensed | found)
+    np.testing.assert_allclose(found["upper_rate"], [2.5, 4.0, 0.0])
+    np.testing.assert_allclose(found["sensed_rate"], [2.5, 1.0, -3.0])
+    np.testing.assert_allclose(found["sensed_drift"], [0.1, 0.1, -0.1])
 
 
 def test_uncontrolled_kernels_contain_nothing_of_control():

@@ -145,7 +145,36 @@ def test_lost_connections_and_limits():
         wd.hybrid.HybridTest(COMPUTED, 1, ("127.0.0.1", port), step=0.01, timeout=0.5).run(MOTION)
 
 
+def test_an_unstable_test_ends_before_values_that_are_not_finite_are_sent():
+    light = wd.ShearBuilding(1e-3, 1.0, 3.0)
+    with wd.hybrid.Substructure(lambda u, v, a, t: 1e308 if t > 0.1 else 0.0) as specimen:
+        test = wd.hybrid.HybridTest(light, 1, specimen.address, step=0.01, data_size=16)
+        with (
+            np.errstate(over="ignore", invalid="ignore"),
+            pytest.raises(wd.hybrid.HybridTestError, match=r"step 12 .* is not finite, so that it was not sent"),
+        ):
+            test.run(MOTION)
+    assert specimen.error is None
+
+
+def test_a_connection_that_is_lost_before_the_first_step_is_reported(monkeypatch):
+    links = []
+
+    def lost(link, *_):
+        links.append(link)
+        raise BrokenPipeError("broken pipe")
+
+    monkeypatch.setattr("warpdyn.interfaces.hybrid.hybrid_test.send_header", lost)
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        test = wd.hybrid.HybridTest(COMPUTED, 1, server.getsockname(), step=0.01)
+        with pytest.raises(wd.hybrid.HybridTestError, match=r"lost before the first step .broken pipe"):
+            test.run(MOTION)
+    assert links[0].fileno() == -1
+
+
 def test_wrong_arguments_are_refused():
+    with pytest.raises(TypeError, match="can be the computed part of a hybrid test, got int"):
+        wd.hybrid.HybridTest(1, 1, ("127.0.0.1", 8090), step=0.01)
     address = ("127.0.0.1", 8090)
     with pytest.raises(ValueError, match=r"step=1 s is not stable: .* must be below"):
         wd.hybrid.HybridTest(COMPUTED, 1, address, step=1.0)

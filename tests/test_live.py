@@ -131,6 +131,13 @@ def test_refused_packets_change_nothing(run):
     assert same(ensemble.finish(), run)
 
 
+def test_a_packet_has_its_own_start():
+    ensemble = wd.Live(scene(), 2, **HOW)
+    for other in ({"start": 9.0}, {"step": STEP}, {"component": 0}):
+        with pytest.raises(ValueError, match="a Packet has its own start, step and component"):
+            ensemble.push(wd.packets.Packet(MOTION.acceleration[:9], 0.0), **other)
+
+
 def test_follow_warns_of_refused_packets_and_goes_on(run):
     ensemble = live()
     packets = list(wd.packets.from_motion(MOTION, 100, start=7.0))
@@ -259,6 +266,14 @@ def test_the_lag_behind_real_time_is_reported():
     relative = live()
     relative.push(MOTION.acceleration[:100], start=0.0)
     assert relative.lag == pytest.approx(0.0, abs=1.0)
+
+
+def test_the_lag_of_a_loaded_state_is_that_of_its_time_stamps(tmp_path):
+    for start, due in ((time.time() - 3.0, 2.9), (0.0, np.nan)):
+        ensemble = wd.Live(scene(), 2, **HOW)
+        ensemble.push(MOTION.acceleration[:10], start=start)
+        loaded = wd.load_state(wd.Live(scene(), 2, **HOW), wd.save_state(ensemble, tmp_path / "state.nc"))
+        assert loaded.lag == pytest.approx(due, abs=1.0, nan_ok=True)
 
 
 @pytest.mark.parametrize(

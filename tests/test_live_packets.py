@@ -53,6 +53,12 @@ def test_packets_without_time_stamps_follow_one_another():
     np.testing.assert_array_equal(values[:, 0], SIGNAL[:90])
 
 
+def test_a_packet_without_time_stamp_follows_the_latest_sample_after_a_gap():
+    _, waiting = received([part(0, 50), part(75, 80), Packet(SIGNAL[80:90])])
+    values, _ = received([part(50, 75)], waiting)
+    np.testing.assert_array_equal(values[:, 0], SIGNAL[50:90])
+
+
 def test_numbers_of_late_repeated_and_overlapping_packets():
     pieces = [(0, 10), (0, 10), (20, 30), (12, 15), (5, 12), (15, 20), (28, 40)]
     values, last = received(part(*piece) for piece in pieces)

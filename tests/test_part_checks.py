@@ -7,13 +7,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from control_rules import CONTROLLED
 from hinge_cases import motion, reference_model
 from hinged_frame_cases import reference_model as hinged_frame
 from law_rows import forces_of, rules_of
 
 import warpdyn as wd
 from warpdyn.campaigns.integration.model import dynamics_of, plan_of
-from warpdyn.engine.controllers.rules import DAMPER, FORCE, MAGNETORHEOLOGICAL, ActuatorRules, ControlRules
 from warpdyn.engine.kernels import build, registry
 from warpdyn.engine.kernels.composing.part_checks import check_parts
 from warpdyn.engine.kernels.composing.source_text import bodies_of, slots_of
@@ -140,6 +140,11 @@ class declared_variable_of_another_part(Part):
         peak_drift = matrix()  # fault
 
 
+class declared_constant_of_another_part(Part):
+    def declare():
+        oscillator_factors = row()  # fault
+
+
 class local_variable_of_another_part(Part):
     def see_forces():
         peak_shear = wp.abs(restoring)  # fault
@@ -247,6 +252,7 @@ FAULTS = {
     local_variable_of_a_later_slot: "sets 'c', a variable of the kernel that this slot may not change",
     declared_variable_of_the_skeleton: "declares 'us', a variable of the skeleton; choose another name",
     declared_variable_of_another_part: "declares 'peak_drift', as part 'drift' does; choose another name",
+    declared_constant_of_another_part: "declares 'oscillator_factors', a constant of the kernel; choose another name",
     local_variable_of_another_part: "sets 'peak_shear', which part 'base_shear' declares; choose another name",
     forbidden_change: r"sets 'drift', a variable of the kernel that this slot may not change \(it",
     forbidden_change_of_an_element: "changes 'v', a variable of the kernel that this slot may not change",
@@ -311,26 +317,6 @@ def test_a_part_may_not_set_a_variable_that_surrounds_its_slot():
     others = tuple(part for part in registry.all_parts() if "remember" not in bodies_of(part))
     with pytest.raises(ValueError, match=r"part 'inner' .*sets 'worst', which part 'outer' uses around this slot"):
         compose(build.SKELETONS["chain", "explicit"], PLAIN, (*others, outer, inner))
-
-
-ACTUATORS = (
-    ActuatorRules(FORCE, ((0, 1.0),)),
-    ActuatorRules(DAMPER, ((1, 1.0), (0, -1.0))),
-    ActuatorRules(MAGNETORHEOLOGICAL, ((0, 1.0),)),
-)
-CONTROLLED = ControlRules(
-    ACTUATORS,
-    wd.control.ContinuousSkyhook.written,
-    states=2,
-    has_regulator=True,
-    sensors=3,
-    is_noisy=True,
-    is_rounded=True,
-    delay=2,
-    senses_ground=True,
-    fails_at_limits=True,
-    is_limited=True,
-)
 
 
 def plans():

@@ -29,6 +29,13 @@ RATIOS = {"slight": (0.05, 0.6), "moderate": 0.4}
 SPECTRA = wd.response_spectra([PULSE, WEAK], [0.1, 0.5, 1.0], [0.02, 0.05], device="cpu")
 
 
+def selected_records() -> wd.RecordSelection:
+    motions = [wd.GroundMotion(factor * PULSE.acceleration, 0.01, f"pulse {factor}") for factor in (0.2, 0.5, 1.0, 2.0)]
+    spectra = wd.RecordSpectra.from_motions(motions, periods=[0.1, 0.3, 1.0])
+    target = wd.TargetSpectrum([0.1, 0.3, 1.0], [0.8, 0.4, 0.2], [0.3, 0.0, 0.4], wd.SpectralAcceleration(0.3))
+    return wd.select_records(spectra, target, number=4, scale=(0.05, 20.0))
+
+
 def shares_of_variance() -> xr.Dataset:
     shares = {f"correlation_ratio{end}": ("input", [0.3, 0.6]) for end in ("", "_lower", "_upper")}
     return xr.Dataset(shares, {"input": ["mass", "stiffness (storey 2)"]})
@@ -76,6 +83,7 @@ PLOTS = {
         ),
         2,
     ),
+    "record_selection": (lambda **how: plots.record_selection(selected_records(), **how), 2),
     "residual_drifts": (lambda **how: plots.residual_drifts(RUN, **how), 1),
     "sensitivity": (lambda **how: plots.sensitivity(shares_of_variance(), **how), 1),
     "spectra": (lambda **how: plots.spectra(SPECTRA, **how), 2),

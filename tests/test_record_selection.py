@@ -122,6 +122,9 @@ def test_unconditional_targets(library):
     assert max(unscaled.largest_errors[0]) < 0.1
     scaled = wd.select_records(library, wide, 10, scale=(0.5, 2.0), passes=1, tolerance=0.0)
     assert np.all((scaled.levels[0].factors >= 0.5) & (scaled.levels[0].factors <= 2.0))
+    # The upper bound is a factor, even if it is below 0.1.
+    problem = Problem(np.zeros((2, 1)), None, (0.0, 0.05), np.arange(2), 1, wide, (1, 2, 0.3), "moments")
+    assert problem.grid.tolist() == [0.05]
     with pytest.raises(ValueError, match=r"the target is unconditional.*scaled_motions"):
         scaled.stripes()
 
@@ -168,7 +171,10 @@ def test_bounds_are_satisfied(screened, target):
         ({"magnitude": (8.0, 7.0)}, "magnitude must be two numbers of at least 0, the least and the largest"),
         ({"statistic": "moment"}, r"unknown statistic 'moment' \(did you mean 'moments'"),
         ({"number": 0}, "number must be a whole number of at least 1"),
-        ({"weights": (0.0, 0.0, 1.0)}, "weights must be 3 numbers"),
+        (
+            {"weights": (0.0, 0.0, 1.0)},
+            r"of the standard deviation must be above 0, got \(0.0, 0.0, 1.0\)",
+        ),
     ],
 )
 def test_refused(screened, target, arguments, message):
@@ -301,6 +307,13 @@ def test_motions_of_a_flat_file_are_given_by_name():
     assert len(selection.motions(0, motions)) == 7
     with pytest.raises(ValueError, match="has no motion for"):
         selection.motions(0, {"0": motions["0"]})
+    twice = wd.RecordSpectra.from_table(flat.assign(rsn=[1] * 12), {0.5: "a", 1.0: "b"}, {"name": "rsn"}, component="")
+    with pytest.warns(UserWarning, match="only 12 of 12"):
+        selection = wd.select_records(twice, target, 7)
+    with pytest.raises(ValueError, match=r"12 records have the name '1'.*give each record another name"):
+        selection.stripes({"1": motions["1"]})
+    with pytest.raises(TypeError, match=r"keys of spectra must be periods.*got '2'"):
+        wd.RecordSpectra.from_table(flat, {1.0: "a", "2": "b"}, {"name": "rsn"})
 
 
 @pytest.mark.thorough

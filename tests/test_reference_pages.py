@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import csv
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +15,9 @@ from validation import KEPT, Measured, kept_rows
 from warpdyn.engine.laws import LAWS
 from warpdyn.engine.methods.stability_limits import stability_limit
 from warpdyn.engine.methods.table import METHODS, StoreyForces, fitting_methods
+
+sys.path.insert(0, str(ROOT / "docs"))
+from generate.validation import SUBJECTS
 
 pytestmark = pytest.mark.fast
 ITSELF = "test_a_figure_beyond_its_bound_fails_and_so_does_another_claim"
@@ -56,6 +60,8 @@ def test_the_validation_report_is_of_todays_tests() -> None:
             if isinstance(node, ast.FunctionDef) and any(isinstance(f, ast.Name) and f.id == "measured" for f in calls):
                 using.add(f"{path.name}::{node.name}")
     assert {row["test"] for row in kept_rows().values()} == using - {f"{Path(__file__).name}::{ITSELF}"}
+    subjects = {f"{name}.py" for names in SUBJECTS.values() for name in names}
+    assert {row["test"].split("::")[0] for row in kept_rows().values()} <= subjects
     for row in kept_rows().values():
         assert 0 <= float(row["value"]) <= float(row["bound"]), row
 

@@ -139,6 +139,27 @@ def test_annual_losses():
     assert bounds[0] < expected < bounds[1]
 
 
+def test_annual_losses_if_the_levels_have_different_records():
+    run = power_law_run()
+    # Records of one parity at each level, as in a selection of records for each level.
+    place = np.searchsorted(np.unique(run["im_level"]), run["im_level"].values)
+    run = run.isel(sample=np.flatnonzero(run["motion_index"].values % 2 == place % 2))
+    component = wd.Component(DRIFT, [0.02], [0.3], costs=[1e4])
+    losses = wd.component_losses(run, {"wall": component}, {"wall": 3}, replacement_value=1e5)
+    hazard = wd.HazardCurve([0.05, 8.0], [4e-5 * 0.05**-2.6, 4e-5 * 8.0**-2.6])
+    annual = wd.component_annual_losses(losses, hazard)
+    expected = wd.expected_annual_loss(losses, hazard, replacement_value=1e5)["expected_annual_loss"].item()
+    assert annual["expected_annual_loss"].item() == pytest.approx(expected, rel=1e-12)
+    assert annual["annual_loss_by_storey"].values == pytest.approx([expected], rel=1e-12)
+    assert np.isnan(annual["expected_annual_loss_upper"])
+    assert annual.attrs["interval_method"] == "none"
+    # All samples of a record failed at a level.
+    complete = wd.component_losses(power_law_run(), {"wall": component}, {"wall": 3}, replacement_value=1e5)
+    complete["repair_cost"][7] = np.nan
+    with pytest.raises(ValueError, match=r"motion 7 has no valid sample at 0\.2 g: all samples failed"):
+        wd.component_annual_losses(complete, hazard)
+
+
 def test_tables_of_the_user():
     table = pd.DataFrame(
         {
@@ -159,6 +180,8 @@ def test_tables_of_the_user():
         wd.components_from_table(table.assign(beta=1.0))
     with pytest.raises(ValueError, match="component 'wall' has several values of 'demand'"):
         wd.components_from_table(table.assign(demand=[DRIFT, ACCELERATION, ACCELERATION]))
+    with pytest.raises(ValueError, match="row 1 of the table has no name: fill in 'component'"):
+        wd.components_from_table(table.assign(component=["wall", None, "tank"]))
     with pytest.raises(ValueError, match=r"component 'wall'.*increasing"):
         wd.components_from_table(table.assign(median=[0.02, 0.01, 5.0]))
 
@@ -203,6 +226,13 @@ def test_files_of_pelicun(tmp_path):
         wd.read_pelicun_components(costs, ["S.1-Cost"])
     with pytest.raises(TypeError, match="list of identifiers"):
         wd.read_pelicun_components(functions, "S.1")
+    for old, new, message in (
+        ("unitless,0", "unitless,above", "column Demand-Offset must be a number, got 'above'"),
+        ("0.950000 |", "most |", "column LS1-DamageStateWeights must be a number, got 'most'"),
+    ):
+        functions.write_text(HEAD + ROWS.replace(old, new))
+        with pytest.raises(ValueError, match=message):
+            wd.read_pelicun_components(functions, ["S.1"])
     functions.write_text(HEAD + ROWS.replace("unitless", "percent"))
     with pytest.raises(ValueError, match="unit 'percent'"):
         wd.read_pelicun_components(functions, ["S.1"])
@@ -219,6 +249,8 @@ def test_files_of_pelicun(tmp_path):
         (dict(costs=[1.0, -1.0]), "at least 0"),
         (dict(weights=[[0.5, 0.4], [1.0]]), "the sum 1"),
         (dict(weights=[[1.0]]), "one row for each of the 2 limit states"),
+        (dict(weights=[0.5, 0.5]), r"such as \[\[1.0\], \[1.0\]\], got \[0.5, 0.5\]"),
+        (dict(weights=5), "one row for each of the 2 limit states.*got 5"),
         (dict(period=0.2), "other demands have none"),
         (dict(demand=SPECTRUM, medians=[3.0, 5.0]), "needs period="),
     ],
@@ -231,6 +263,8 @@ def test_invalid_components(given, message):
 def test_implausible_components_and_invalid_costs():
     with pytest.warns(UserWarning, match="2 % is 0.02"):
         wd.Component(DRIFT, [0.5, 2.0], [0.3, 0.3])
+    with pytest.warns(UserWarning, match=r"40 is implausible: 40 % is 0\.4"):
+        wd.Component(DRIFT, [0.02], [40])
     with pytest.warns(UserWarning, match=r"in g, multiply them by 9\.80665"):
         wd.Component(ACCELERATION, [0.7], [0.3])
     with pytest.raises(ValueError, match="2 costs"):

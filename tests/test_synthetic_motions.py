@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pandas as pd
 import pytest
-from scipy import signal, stats
+from scipy import integrate, signal, stats
 from validation import difference
 
 import warpdyn as wd
@@ -32,6 +32,23 @@ def test_median_parameters_of_a_scenario():
     for name, value in expected.items():
         assert row[name] == pytest.approx(value, rel=4e-6)
     assert row["frequency_slope"] == pytest.approx(-0.0893606, rel=3e-5)
+
+
+@pytest.mark.fast
+def test_median_parameters_of_a_reverse_earthquake():
+    """The regressions of the source by hand, for M 7, 15 km and 400 m/s, and the quantiles of SciPy."""
+    row = wd.RezaeianDerKiureghian(7.0, 15.0, 400.0, "reverse").median_parameters().iloc[0]
+    # -2.2962 + 2.9440 - 0.0707 - 1.3564 ln(15 / 25) - 0.2654 ln(400 / 750) = 1.436817
+    assert np.log(row["arias_intensity"] / (np.pi / 2 * G)) == pytest.approx(-4.8255 + 1.4318 * 1.436817, abs=2e-6)
+    share = stats.norm.cdf([-0.2554, -0.5895, 0.2355, -0.0375, 0.1571])
+    assert row["duration"] == pytest.approx(5 + 40 * stats.beta.ppf(share[0], 1.1314, 2.4474), rel=1e-9)
+    assert row["middle"] == pytest.approx(0.5 + 39.5 * stats.beta.ppf(share[1], 1.5792, 3.6405), rel=1e-9)
+    assert row["frequency"] == pytest.approx(stats.gamma.ppf(share[2], 4.0982, scale=1.4330), rel=1e-9)
+    assert row["damping_ratio"] == pytest.approx(0.02 + 0.98 * stats.beta.ppf(share[4], 1.4250, 5.7208), rel=1e-9)
+    below, above = 4.8512 / 6.7729 * (1 - np.exp(-2 * 6.7729)), 4.8512 / 17.095 * (1 - np.exp(-0.5 * 17.095))
+    left = integrate.quad(lambda x: 4.8512 * np.exp(6.7729 * x), -2.0, row["frequency_slope"])[0]
+    assert row["frequency_slope"] < 0
+    assert left == pytest.approx(share[3] * (below + above), rel=1e-9)
 
 
 @pytest.mark.fast
@@ -98,6 +115,10 @@ def test_a_motion_is_the_sum_over_its_noise(motions, measured):
             value=difference(motion.acceleration, expected) / motion.peak_ground_acceleration,
             bound=1e-5,  # the response to each value of the noise ends at 1e-6 of its start
         )
+    # A longer step, so that some of the motions get a shorter one.
+    longer = SCENARIO.motions(8, seed=1, step=0.04)
+    assert {motion.step for motion in longer} >= {0.04, 0.02}
+    assert [motion.name for motion in longer] == [motion.name for motion in motions[:8]]
     (alone,) = SCENARIO.motions(1, seed=1, first=5)
     np.testing.assert_allclose(alone.acceleration, motions[5].acceleration, rtol=0, atol=1e-10)
 
@@ -146,7 +167,11 @@ def test_spectra_of_2000_motions_agree_with_another_program():
             "too long for middle=7 s in row 0.*give a duration bel",
         ),
         (lambda: wd.synthetic_motions(GOOD.assign(damping_ratio=30.0)), "30 in row 0; it must be above 0 and below 1"),
-        (lambda: wd.synthetic_motions(GOOD, step=0.1), "step=0.1 s is too long for a filter frequency of 5 Hz"),
+        (lambda: wd.synthetic_motions(GOOD, step=0.1), "step=0.1 s is too long for a filter frequency of 5.511 Hz"),
+        (
+            lambda: wd.synthetic_motions(GOOD.assign(frequency_slope=-2.0), step=0.03),
+            "frequency of 15.21 Hz.*at most 0.0164 s",
+        ),
         (
             lambda: wd.synthetic_motions(GOOD.set_axis(["a"])),
             "index of parameters must contain different whole numbers",

@@ -29,6 +29,11 @@ SUBJECTS = {
     "Energy": ("test_energy",),
     "Control and hybrid tests": ("test_control", "test_control_analysis", "test_control_dampers", "test_hybrid"),
     "Response spectra": ("test_response_spectra",),
+    "Record selection and synthetic motions": (
+        "test_conditional_spectrum",
+        "test_record_selection",
+        "test_synthetic_motions",
+    ),
     "Random numbers, random motions and statistics of a run": (
         "test_philox",
         "test_filtered_noise",

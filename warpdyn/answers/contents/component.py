@@ -18,6 +18,7 @@ SPECTRUM = "peak_floor_spectral_acceleration"
 DEMANDS = (DRIFT, ACCELERATION, SPECTRUM, "residual_drift_ratio")
 PLACES = ABOVE, BELOW = "floor_above", "floor_below"
 LARGEST_DRIFT_RATIO = 0.3  # larger medians of drift ratios are probably in percent
+LARGEST_DISPERSION = 1.5  # larger dispersions are probably in percent
 SMALLEST_ACCELERATION = 1.5  # [m/s2]; if all medians are smaller, they are probably in g
 
 
@@ -127,10 +128,15 @@ class Component:
             )
         if self.period is not None:
             object.__setattr__(self, "period", real_number("Component.period [s]", self.period, above=0))
-        rows = [[1.0]] * medians.size if self.weights is None else [list(row) for row in self.weights]
+        rows = [[1.0]] * medians.size
+        try:
+            rows = rows if self.weights is None else [list(row) for row in self.weights]
+        except TypeError:  # not a row of rows
+            rows = []
         if len(rows) != medians.size:
             raise ValueError(
-                f"Component.weights must have one row for each of the {medians.size} limit states, got {len(rows)}"
+                f"Component.weights must have one row for each of the {medians.size} limit states, such as "
+                f"{[[1.0]] * medians.size}, got {shortened(self.weights)}"
             )
         weights = tuple(tuple(finite_numbers("Component.weights", row).tolist()) for row in rows)
         for row in weights:
@@ -150,6 +156,8 @@ class Component:
                 f"Component: the largest median acceleration is {medians[-1]:g} m/s2: if medians are in g, multiply "
                 "them by 9.80665"
             )
+        if dispersions.max() > LARGEST_DISPERSION:
+            warn_caller(f"Component: a dispersion of {dispersions.max():g} is implausible: 40 % is 0.4")
         for name, value in (("medians", medians), ("dispersions", dispersions)):
             object.__setattr__(self, name, tuple(value.tolist()))
         object.__setattr__(self, "weights", weights)

@@ -142,21 +142,22 @@ def component_annual_losses(losses: xr.Dataset, hazard: Hazard, *, confidence: f
     The expected annual loss is the integral of the mean cost over the hazard curve, as in `expected_annual_loss`. It is
     computed for each record, from the mean costs of the record's samples at each level. The expected loss is the mean
     over the records, and its interval is that of the mean of independent records by Student's t. It contains the
-    variability among records and structures, but not the scatter of repair costs.
+    variability among records and structures, but not the scatter of repair costs. If the levels have different records,
+    as those of `RecordSelection.stripes`, or there is one record, losses have no intervals.
 
     Args:
-        losses: The result of `component_losses` for a run on stripes, in which every record has samples at all levels.
+        losses: The result of `component_losses` for a run on stripes.
         hazard: The hazard, of the same intensity measure as the stripes.
         confidence: Probability that the intervals cover the true value [1].
 
     Returns:
         `expected_annual_loss`, `annual_loss_by_storey(storey)`, `annual_loss_by_component(component)` and
-        `annual_loss_of_collapse` [currency/year], each with `_lower` and `_upper` (NaN for fewer than 2 records). The
-        sum over the storeys (or components) and the loss by collapse is the expected annual loss.
+        `annual_loss_of_collapse` [currency/year], each with `_lower` and `_upper` (NaN without intervals). The sum over
+        the storeys (or components) and the loss by collapse is the expected annual loss.
 
     Raises:
         TypeError: If `losses` is not a Dataset, or `hazard` is not a HazardCurve or HazardLogicTree.
-        ValueError: If the losses are not of a run on stripes, a record has no valid sample at a level, or the hazard
+        ValueError: If the losses are not of a run on stripes, all samples of a record failed at a level, or the hazard
             has another unit or measure.
 
     Example:
@@ -186,14 +187,18 @@ def component_annual_losses(losses: xr.Dataset, hazard: Hazard, *, confidence: f
     )
     records, record = np.unique(losses["motion_index"].values, return_inverse=True)
     level = np.searchsorted(levels, losses["im_level"].values)
+    is_complete = np.unique(np.stack([record, level]), axis=1).shape[1] == records.size * levels.size
+    if not is_complete:  # the levels have different records: the mean of each level
+        records, record = records[:1], np.zeros_like(record)
     valid = np.isfinite(total)
     each = np.empty((records.size, columns.shape[1]))
     for place in range(records.size):
         rows = [np.flatnonzero((record == place) & (level == number) & valid) for number in range(levels.size)]
         if not all(row.size for row in rows):
+            which = f"motion {records[place]} has" if is_complete else "the motions have"
             raise ValueError(
-                f"{_ANNUAL}: motion {records[place]} has no valid sample at {levels[[not r.size for r in rows]][0]:g} "
-                f"{units}: simulate stripes in which all motions have all levels"
+                f"{_ANNUAL}: {which} no valid sample at {levels[[not r.size for r in rows]][0]:g} {units}: all samples "
+                "failed; correct the scene, or leave out this motion or level"
             )
         mean = np.array([columns[row].mean(axis=0) for row in rows]) / value
         integrals = np.array([[loss_of_year(one, levels, row) for row in mean.T] for one in tree.curves])
@@ -219,7 +224,7 @@ def component_annual_losses(losses: xr.Dataset, hazard: Hazard, *, confidence: f
     about = {
         "intensity_measure": tree.measure,
         "confidence": float(confidence),
-        "interval_method": "t distribution of the mean over the records",
+        "interval_method": "t distribution of the mean over the records" if is_complete else "none",
     }
     return xr.Dataset(found, coordinates, about)
 

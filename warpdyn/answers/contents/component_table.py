@@ -30,8 +30,8 @@ def components_from_table(table: pd.DataFrame) -> dict[str, Component]:
 
     Raises:
         TypeError: If `table` is not a DataFrame.
-        ValueError: If a column is missing or unknown, or the rows of a component contradict each other. The error names
-            the component.
+        ValueError: If a column is missing or unknown, a row has no name, or the rows of a component contradict each
+            other. The error names the component.
 
     Example:
         >>> rows = [("partition", 0.005, 0.4, 2700.0), ("partition", 0.01, 0.3, 6800.0)]
@@ -49,6 +49,8 @@ def components_from_table(table: pd.DataFrame) -> dict[str, Component]:
             raise ValueError(f"{FUNCTION}: unknown column {name!r}{hint}; allowed are {', '.join(NEEDED + OPTIONAL)}")
     if not len(table):
         raise ValueError(f"{FUNCTION}: the table has no rows")
+    if (unnamed := table["component"].isna().to_numpy()).any():
+        raise ValueError(f"{FUNCTION}: row {int(unnamed.argmax())} of the table has no name: fill in 'component'")
     found = {}
     for name, rows in table.groupby("component", sort=False):
         common: dict[str, Any] = {}

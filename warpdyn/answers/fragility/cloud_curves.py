@@ -161,6 +161,7 @@ def fragility_of_cloud(
         confidence=confidence,
         replicates=replicates,
         seed=seed,
+        added="motions",
     )
     _warn(checked, outcome, of_collapse, collapsed, values, observed.records, estimator, remarks)
     for name in ("median_variance_by_sandwich", "dispersion_variance_by_sandwich"):

@@ -42,6 +42,7 @@ def dataset_of_curves(
     confidence: float,
     replicates: int,
     seed: int,
+    added: str = "levels",
 ) -> tuple[xr.Dataset, np.ndarray, list[str]]:
     """Return a dataset with fragility curves, their intervals, variances by source, and draws for later functions.
 
@@ -59,6 +60,7 @@ def dataset_of_curves(
         confidence: Probability that the intervals cover the true value [1].
         replicates: Number of draws from the sampling distribution of medians and dispersions.
         seed: Seed of the draws.
+        added: What a warning advises to add to the run: "levels" or "motions".
 
     Returns:
         The dataset; the outcomes, which also mark medians that the data do not determine; sentences for a warning.
@@ -66,7 +68,7 @@ def dataset_of_curves(
     marked = mark(left, outcome, *ends)
     left, outcome, status = marked.left, marked.outcome, marked.status
     known = trusted(left, outcome)
-    remarks = few_groups(left, known, states) + sentences(states, status, outcome, marked.fitted, *ends, units)
+    remarks = few_groups(left, known, states) + sentences(states, status, outcome, marked.fitted, *ends, units, added)
     bounds = np.exp(np.where(known, left.spread.interval(confidence), np.nan))
     median, dispersion = np.exp(left.whole)
     no_fit = "NaN without a fit"

@@ -43,7 +43,7 @@ def exceedance_probability(
 
     A demand is the largest value at the ends of the integration steps, from `record_from` to the end of the run. Values
     between steps do not count, which makes the probabilities of rare events too small by some percent: see the chapter
-    "Rare events" of the theory manual. For probabilities below 1e-4 use `subset_simulation`.
+    "Rare events" of the theory manual. For probabilities below 1e-3 use `subset_simulation`.
 
     Args:
         run: A run, as `simulate` returned it, or some of its samples.

@@ -239,7 +239,7 @@ def _calibrated_dataset(
     if likelihood.offset is not None:
         words = {"units": units, "long_name": "offset of the sensor"}
         variables[OFFSET] = (("sample", "sensor"), likelihood.offset_of(found.normals), words)
-    attributes = {"seed": seed, "measurement": repr(measured), "model": repr(prior.structure)}
+    attributes = {"seed": seed, "measurement": measured.identity, "model": repr(prior.structure)}
     return posterior_dataset(found, variables, names, "calibrate", attributes)
 
 

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from warpdyn.foundations.core.checks import finite_numbers, one_of, real_number, whole_number
+from warpdyn.foundations.core.description import fingerprint
 from warpdyn.foundations.core.frozen_values import FrozenArrays
 from warpdyn.foundations.core.near_misses import with_suggestions
 
@@ -30,8 +31,7 @@ def _check_first(first: int, count: int) -> int:
     if (number := whole_number("first", first, 0)) > count - FEWEST_POINTS:
         raise ValueError(
             f"first is {number}, but the measurement has {count} points, so that fewer than {FEWEST_POINTS} would "
-            "count: "
-            "give a smaller first"
+            "count: give a smaller first"
         )
     return number
 
@@ -77,8 +77,8 @@ class MeasuredLoop(FrozenArrays):
         for name, values in rows.items():
             if values.size != drift.size:
                 raise ValueError(
-                    f"MeasuredLoop.{name} has {values.size} values and drift has {drift.size}: give one {name} per "
-                    "drift"
+                    f"MeasuredLoop.{name} has {values.size} values and drift has {drift.size}: give one {name} "
+                    "per drift"
                 )
         for name, values in {"drift": drift, "force": force}.items():
             if np.ptp(values) == 0:
@@ -92,6 +92,12 @@ class MeasuredLoop(FrozenArrays):
     def __repr__(self) -> str:
         drift, force = np.abs(self.drift).max(), np.abs(self.force).max()
         return f"MeasuredLoop({self.drift.size} points, drift to {drift:.3g} m, force to {force:.3g} N)"
+
+    @property
+    def identity(self) -> str:
+        """Text that differs for measurements whose values, path or first point differ."""
+        hashed = fingerprint(self.drift, self.force[self.first :], self.velocity)[:16]
+        return f"{self!r} from point {self.first}, digest {hashed}"
 
     @property
     def units(self) -> str:
@@ -141,9 +147,8 @@ class MeasuredResponse(FrozenArrays):
         values = values[:, None] if values.ndim == 1 else values
         if values.ndim != 2 or len(values) < FEWEST_POINTS or not values.shape[1]:
             raise ValueError(
-                f"MeasuredResponse.values must have shape [time, sensor] with at least {FEWEST_POINTS} times, got "
-                "shape "
-                f"{np.shape(self.values)}"
+                f"MeasuredResponse.values must have shape [time, sensor] with at least {FEWEST_POINTS} times, "
+                f"got shape {np.shape(self.values)}"
             )
         sensors = values.shape[1]
         floors = range(1, sensors + 1) if self.floors is None else self.floors
@@ -165,6 +170,12 @@ class MeasuredResponse(FrozenArrays):
     def __repr__(self) -> str:
         floors = ", ".join(map(str, self.floors or ()))
         return f"MeasuredResponse({self.quantity} of floors {floors}, {len(self.values)} times every {self.step:g} s)"
+
+    @property
+    def identity(self) -> str:
+        """Text that differs for measurements whose values, sensors, step or first time differ."""
+        hashed = fingerprint(self.values[self.first :], self.floors, self.quantity, self.step)[:16]
+        return f"{self!r} from time {self.first}, digest {hashed}"
 
     @property
     def units(self) -> str:

@@ -63,8 +63,7 @@ def calibrated_storey(model: object, priors: Mapping[str, Any] | None) -> tuple[
         if fixed:
             raise ValueError(
                 f"calibrate: {', '.join(fixed)} has a number as its prior, but the ShearBuilding has the fixed "
-                "values: give "
-                "the number to the building"
+                "values: give the number to the building"
             )
         return model, {name: RandomValue(each) for name, each in random.items()}
     law = LAWS[law_name(model)]
@@ -83,8 +82,8 @@ def calibrated_storey(model: object, priors: Mapping[str, Any] | None) -> tuple[
     if missing := [name for name in needed if name not in values]:
         raise ValueError(
             f"calibrate: {' and '.join(missing)} of the law {law.name!r} {'is' if len(missing) == 1 else 'are'} "
-            "missing: "
-            f"give a prior or a number, such as priors={{{missing[0]!r}: wd.Lognormal(median, dispersion), ...}}"
+            "missing: give a prior or a number, such as "
+            f"priors={{{missing[0]!r}: wd.Lognormal(median, dispersion), ...}}"
         )
     storey = ShearBuilding(MASS, values.pop(STIFFNESS), HEIGHT, law=law, **values)
     return storey, {name: RandomValue(each) for name, each in random.items()}

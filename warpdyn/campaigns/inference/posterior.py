@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 import xarray as xr
 
-from warpdyn.campaigns.inference.resampling import family_variance
+from warpdyn.campaigns.inference.resampling import family_variance, systematic
 from warpdyn.foundations.core.checks import check_dataset, whole_number
 from warpdyn.foundations.core.messages import warn_caller
 from warpdyn.foundations.core.near_misses import suggests_names
@@ -113,9 +113,7 @@ def posterior_scatter(posterior: xr.Dataset, *, structures: int | None = None, s
     if structures is not None or np.ptp(weights) > 1e-12 * weights.max():
         random = np.random.default_rng(whole_number("seed", seed, 0))
         shuffled = random.permutation(weights.size)
-        ends = np.cumsum(weights[shuffled])
-        points = (np.arange(wanted) + random.random()) / wanted * ends[-1]
-        rows = shuffled[np.minimum(np.searchsorted(ends, points, side="right"), weights.size - 1)]
+        rows = shuffled[systematic(weights[shuffled], random.random(), wanted)]
     return {name: GivenValues(posterior[name].values[rows]) for name in names}
 
 
@@ -129,7 +127,8 @@ def compare_evidence(posteriors: Mapping[str, xr.Dataset]) -> xr.Dataset:
     Source: Kass and Raftery (1995), "Bayes factors", Journal of the American Statistical Association 90.
 
     Args:
-        posteriors: Results of `calibrate` for the same measurement, by the name of the model.
+        posteriors: Results of `calibrate` for the same measurement, by the name of the model. Results of `assimilate`
+            are refused, because their evidences have no estimate of the error.
 
     Returns:
         For each `model`, in the order of the evidence: `log_evidence` and `log_evidence_standard_error`,
@@ -137,7 +136,7 @@ def compare_evidence(posteriors: Mapping[str, xr.Dataset]) -> xr.Dataset:
 
     Raises:
         TypeError: If `posteriors` is not a mapping of results.
-        ValueError: If there are fewer than two models, or their measurements differ.
+        ValueError: If there are fewer than two models, their measurements differ, or a result is that of `assimilate`.
 
     Example:
         >>> loop = wd.MeasuredLoop([0.0, 0.01, 0.0, -0.01, 0.0], [0.0, 2.1e5, -0.9e5, -2.1e5, 0.9e5])
@@ -161,6 +160,11 @@ def compare_evidence(posteriors: Mapping[str, xr.Dataset]) -> xr.Dataset:
         check_dataset(
             "compare_evidence", each, "log_evidence", "measurement", advice="give results of calibrate()", argument=name
         )
+        if each["log_evidence"].ndim:
+            raise ValueError(
+                f"compare_evidence: {name} is a result of assimilate(), whose evidence has no estimate of its error: "
+                "give results of calibrate(), or subtract log_evidence.isel(time=-1) of two results for the same times"
+            )
     measurements = {name: each.attrs["measurement"] for name, each in posteriors.items()}
     if len(set(measurements.values())) > 1:
         raise ValueError(

@@ -61,8 +61,7 @@ class Prior:
             if isinstance(spread, RandomFactor) and not np.all(factors):
                 raise ValueError(
                     f"calibrate: the nominal {name} is 0, which a RandomFactor does not change: give a RandomValue, "
-                    "or a "
-                    f"nominal {name} other than 0"
+                    f"or a nominal {name} other than 0"
                 )
             for factor in np.unique(factors):
                 check_bounds(name, spread.distribution, structure.parameter_table[name], float(factor))
@@ -151,6 +150,5 @@ def check_bounds(name: str, prior: Distribution, parameter: Parameter, factor: f
     limits = f"low={low:g}" if below > above else f"high={high:g}"
     raise ValueError(
         f"the prior of {name}, {prior!r}, is outside of the bounds of {name} ({parameter.allowed}) with a "
-        "probability of "
-        f"{below + above:.2g}: give another prior, such as wd.Truncated({prior!r}, {limits})"
+        f"probability of {below + above:.2g}: give another prior, such as wd.Truncated({prior!r}, {limits})"
     )

@@ -24,19 +24,20 @@ def effective_sample_size(weights: np.ndarray) -> float:
     return float(1.0 / np.sum(np.square(weights)))
 
 
-def systematic(weights: np.ndarray, uniform: float) -> np.ndarray:
-    """Return the indices of the resampled samples, as many as there are weights: systematic resampling.
+def systematic(weights: np.ndarray, uniform: float, count: int | None = None) -> np.ndarray:
+    """Return the indices of the resampled samples: systematic resampling.
 
     Sample j is taken as often as points (i + uniform) / N fall between the cumulative weights before and after it.
 
     Args:
         weights: Weights with sum 1, shape [sample].
         uniform: Random number from 0 to below 1, common to all points.
+        count: Number N of resampled samples; None: as many as there are weights.
     """
-    count = weights.size
+    count = weights.size if count is None else count
     points = (np.arange(count) + uniform) / count
     ends = np.cumsum(weights)
-    return np.minimum(np.searchsorted(ends / ends[-1], points, side="right"), count - 1)
+    return np.minimum(np.searchsorted(ends / ends[-1], points, side="right"), weights.size - 1)
 
 
 def family_variance(weights: np.ndarray, ancestors: np.ndarray, values: np.ndarray | None = None) -> np.ndarray:

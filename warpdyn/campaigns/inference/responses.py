@@ -160,7 +160,6 @@ def _covering(scene: Scene, measured: MeasuredResponse) -> float | None:
     if lasting > length * (1 + 1e-9) and not excitation.has_tail:
         raise ValueError(
             f"the measurement lasts {lasting:g} s, but the load ends at {length:g} s: give a load that lasts as "
-            "long, or "
-            "fewer values"
+            "long, or fewer values"
         )
     return max(0.0, lasting - length + measured.step) if excitation.has_tail else None

@@ -30,11 +30,12 @@ LARGEST_CHANGE = 0.01  # relative change of a reliable sample's peak drift in a 
 # first value that is not empty.
 SUMS: tuple[str, ...] = ("beyond", "unsure", "in_float64", "blank", "too_long", "leaping")
 SUMS += ("off", "sensitive", "unreliable", "checked", "unchecked")
-LEAST, MOST, FIRST = ("longest_accurate", "least"), ("most", "error", "has_hinges"), ("first", "never")
+LEAST, MOST, FIRST = ("longest_accurate", "least"), ("most", "error", "has_hinges", "is_controlled"), ("first", "never")
 OF_CONTROL = (
     "flagged control_failed: a command was not finite or beyond its limits, or a stroke exceeded its limit; demands of "
     "such samples are NaN. `control_failure` and `time_of_control_failure` give the reason and the time"
 )
+LOOP = "The closed loop may be unstable: see wd.control.sampled_eigenvalues and wd.control.delay_margin. "
 
 
 class StabilityFindings:
@@ -52,7 +53,7 @@ class StabilityFindings:
         self.too_long, self.longest_accurate = 0, np.inf  # samples with an inaccurate step; longest accurate step [s]
         self.failed = dict.fromkeys((DIVERGED, UNSTABLE_STEP, NOT_CONVERGED, CONTROL_FAILED), 0)
         self.leaping = 0  # samples in which a storey passed its drift capacity by a move of over half of it in one step
-        self.has_hinges = False  # whether structures have a column line
+        self.has_hinges = self.is_controlled = False  # whether structures have a column line, and a control
         self.least, self.most = np.inf, 1.0  # step that is stable for all [s]; largest factor on the number of steps
         self.unreliable = self.checked = self.unchecked = 0  # numbers of samples by their flag `unreliable`
         self.error, self.off, self.sensitive = 0.0, 0, 0  # required error; samples above it; sensitive samples
@@ -62,6 +63,7 @@ class StabilityFindings:
     def add_limits(self, run: Ensemble, vibration: Vibration) -> np.ndarray:
         """Add samples to the findings; return which of them have a step beyond the stability limit, shape [sample]."""
         self.least = min(self.least, float(vibration.stable_step.min()))
+        self.is_controlled = self.is_controlled or run.scene.control is not None
         self.has_hinges = self.has_hinges or (run.plan.pattern is not None and run.plan.pattern.line is not None)
         longest = vibration.stable_step[run.row]
         unstable = run.schedule.step > longest
@@ -160,8 +162,8 @@ class StabilityFindings:
         )
         counts = [(self.failed[code], reason) for code, reason in reasons.items()] + [(self.leaping, leaping)]
         messages += [
-            f"{self._are(count)} {reason}; demands of such samples are NaN. Try a shorter step= (or longest_step=), or "
-            "another method=; if they fail at every step, check the parameters of the structure"
+            f"{self._are(count)} {reason}; demands of such samples are NaN. {LOOP * self.is_controlled}Try a "
+            "shorter step= (or longest_step=), or another method=; if all steps fail, check the structure's parameters"
             for count, reason in counts
             if count
         ]

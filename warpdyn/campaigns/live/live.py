@@ -138,7 +138,7 @@ class Live:
 
     @property
     def lag(self) -> float:
-        """Time between the last integrated sample and now [s].
+        """Time between the last integrated sample and now [s]; NaN if it is not known.
 
         If time stamps are not POSIX times, the lag is relative to the packet that arrived earliest after its samples.
         """
@@ -157,7 +157,7 @@ class Live:
         Args:
             acceleration: Accelerations [m/s2], or in the `unit` of the Live, shape [time] or [time, component]; or a
                 Packet.
-            start: Time of the first sample [s], such as POSIX time; None: the packet follows the last one.
+            start: Time of the first sample [s], such as POSIX time; None: the packet follows the latest sample.
             step: Sampling step of the packet [s]; None: not checked.
             component: Index of the only component in the packet; None: all components.
 
@@ -166,11 +166,17 @@ class Live:
 
         Raises:
             RefusedPacket: If the packet cannot be used. The ensemble is then unchanged.
-            ValueError: If the motion is finished.
+            ValueError: If the motion is finished, or a Packet is given together with a start, step or component.
         """
         self._check_open()
-        given = acceleration
-        packet = given if isinstance(given, Packet) else Packet(given, start, step, component)
+        packet = acceleration
+        if not isinstance(packet, Packet):
+            packet = Packet(packet, start, step, component)
+        elif (start, step, component) != (None, None, None):
+            raise ValueError(
+                "push: a Packet has its own start, step and component: give them to wd.packets.Packet(...), or push "
+                "the accelerations themselves"
+            )
         return self._integrate(self.arriving.accepted(packet))
 
     def bridge(self) -> xr.Dataset:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from warpdyn.engine.controllers.controller import Controller
+from warpdyn.engine.controllers.rules import DAMPER, FORCE, MAGNETORHEOLOGICAL
 from warpdyn.engine.laws.law import parameter
 
 
@@ -19,6 +20,7 @@ class SkyhookDamper(Controller):
         SkyhookDamper(coefficient=1500)
     """
 
+    acts_on = FORCE
     coefficient: float = parameter("N s m-1", "force divided by the absolute velocity", low=0.0)
 
     def command(measured: Any, memory: Any, c: Any) -> Any:
@@ -33,8 +35,13 @@ class OnOffSkyhook(Controller):
         OnOffSkyhook(low=300, high=3000)
     """
 
+    acts_on = DAMPER
     low: float = parameter("N s m-1", "coefficient if the damper would accelerate the body", low=0.0)
     high: float = parameter("N s m-1", "coefficient if the damper slows the body down", low=0.0, low_open=True)
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        _check_order(self.low, self.high)
 
     def command(measured: Any, memory: Any, c: Any) -> Any:
         absolute = measured.upper_velocity + measured.ground_velocity
@@ -54,8 +61,13 @@ class ContinuousSkyhook(Controller):
         ContinuousSkyhook(low=300, high=3000)
     """
 
+    acts_on = DAMPER
     low: float = parameter("N s m-1", "lowest coefficient", low=0.0)
     high: float = parameter("N s m-1", "highest coefficient, and that of the ideal skyhook", low=0.0, low_open=True)
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        _check_order(self.low, self.high)
 
     def command(measured: Any, memory: Any, c: Any) -> Any:
         absolute = measured.upper_velocity + measured.ground_velocity
@@ -75,6 +87,7 @@ class ClippedOptimal(Controller):
         ClippedOptimal(voltage=2.25)
     """
 
+    acts_on = MAGNETORHEOLOGICAL
     voltage: float = parameter("V", "greatest voltage", low=0.0, low_open=True)
 
     def command(measured: Any, memory: Any, c: Any) -> Any:
@@ -95,3 +108,9 @@ class ConstantCommand(Controller):
 
     def command(measured: Any, memory: Any, c: Any) -> Any:
         return c.value
+
+
+def _check_order(low: float, high: float) -> None:
+    """Raise a ValueError if the low coefficient of a semi-active damper is above the high one."""
+    if low > high:
+        raise ValueError(f"low={low:g} N s/m is above high={high:g} N s/m: exchange them")

@@ -36,6 +36,7 @@ class Controller:
     Attributes:
         parameters: Parameters of the controller: {name: parameter}.
         memory: Names of the memory values of each actuator; they are 0 at the start.
+        acts_on: Kind of actuator that takes the commands: "force", "damper" or "magnetorheological"; None: any kind.
         written: Source of the device function.
 
     Raises:
@@ -50,6 +51,7 @@ class Controller:
     __dataclass_fields__: ClassVar[dict[str, dataclasses.Field[Any]]]
     parameters: ClassVar[Mapping[str, Parameter]] = MappingProxyType({})
     memory: ClassVar[tuple[str, ...]] = ()
+    acts_on: ClassVar[str | None] = None
     written: ClassVar[Written]
     captured: ClassVar[dict[str, Captured]] = {}
 

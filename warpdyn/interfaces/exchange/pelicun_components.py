@@ -129,9 +129,9 @@ def _component(row: Mapping[str, str], costs: Mapping[str, str] | None) -> Compo
     unit = row["Demand-Unit"].strip()
     if unit not in factors:
         raise ValueError(f"the unit {unit!r} of the demand is unknown; allowed: {', '.join(factors)}")
-    offset = row["Demand-Offset"].strip() or "0"
-    if float(offset) not in (0.0, 1.0) or (demand == DRIFT and float(offset)):
-        raise ValueError(f"Demand-Offset must be 0, or 1 for floor accelerations, got {offset!r}")
+    offset = _number_in(row, "Demand-Offset") if row["Demand-Offset"].strip() else 0.0
+    if offset not in (0.0, 1.0) or (demand == DRIFT and offset):
+        raise ValueError(f"Demand-Offset must be 0, or 1 for floor accelerations, got {offset:g}")
     medians: list[float] = []
     dispersions: list[float] = []
     weights: list[list[float]] = []
@@ -142,12 +142,13 @@ def _component(row: Mapping[str, str], costs: Mapping[str, str] | None) -> Compo
             raise ValueError(f"{state}-Family must be 'lognormal', got {family!r}")
         medians.append(factors[unit] * _number_in(row, f"{state}-Theta_0"))
         dispersions.append(_number_in(row, f"{state}-Theta_1"))
-        given = row.get(f"{state}-DamageStateWeights", "").strip()
-        shares = np.array([float(each) for each in given.split("|")] if given else [1.0])
+        column = f"{state}-DamageStateWeights"
+        given = row.get(column, "").strip()
+        shares = np.array([_number_in({column: each}, column) for each in given.split("|")] if given else [1.0])
         if abs(shares.sum() - 1) > 1e-3:
-            raise ValueError(f"{state}-DamageStateWeights must have the sum 1, got {given!r}")
+            raise ValueError(f"{column} must have the sum 1, got {given!r}")
         weights.append((shares / shares.sum()).tolist())
-    place = BELOW if demand == ACCELERATION and float(offset) == 0 else ABOVE
+    place = BELOW if demand == ACCELERATION and offset == 0 else ABOVE
     own, quantity = None, "1"
     if costs is not None:
         own = [_cost(costs, number + 1) for number in range(sum(map(len, weights)))]

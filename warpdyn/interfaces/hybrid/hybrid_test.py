@@ -68,7 +68,8 @@ class HybridTest:
         timeout: Longest wait for a connection or an answer [s].
         time_scale: Wall-clock time divided by time of the structure [1]: 1 for a real-time test, 0 for no clock: then a
             step starts as soon as the last one ends, and no deadline is missed.
-        displacement_limit: Largest displacement at an interface [m]; the test stops before it is sent.
+        displacement_limit: Largest displacement at an interface [m]; the test stops before it is sent. Always give it
+            for a physical specimen: the displacements of an unstable test grow without bound.
         force_limit: Largest measured force [N]; the test stops if it is exceeded.
         data_size: Number of values in a message.
 
@@ -97,7 +98,7 @@ class HybridTest:
         force_limit: float | None = None,
         data_size: int = DATA_SIZE,
     ) -> None:
-        check_structure(structure)
+        check_structure(structure, "can be the computed part of a hybrid test")
         if not structure.forgets:
             raise ValueError(
                 f"the computed part of a hybrid test must be linear, but it has the law {structure.law!r}: put the "
@@ -143,8 +144,8 @@ class HybridTest:
             measured and the times of the exchanges. Attributes: `method`, `missed_deadlines`, `longest_exchange` [s].
 
         Raises:
-            HybridTestError: If the connection fails or is lost, an answer is late by more than the timeout, a force is
-                not finite, or a limit is exceeded. Its attribute `result` contains the completed steps.
+            HybridTestError: If the connection fails or is lost, an answer is late by more than the timeout, a force or
+                displacement is not finite, or a limit is exceeded. Its attribute `result` contains the completed steps.
         """
         check_kind("run", "a GroundMotion", motion, GroundMotion)
         length = motion.step * (motion.values.size - 1)
@@ -177,9 +178,13 @@ class HybridTest:
                 f"no connection to the substructure at {host}:{port} ({error}): start the substructure before the "
                 "test, and check address="
             )
-        link.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-        link.settimeout(self.timeout)
-        send_header(link, len(self.places), self.data_size)
+        try:
+            link.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+            link.settimeout(self.timeout)
+            send_header(link, len(self.places), self.data_size)
+        except OSError as error:
+            link.close()
+            record.fail(f"the connection to the substructure was lost before the first step ({error})")
         return link
 
     def _end(self, link: socket.socket) -> None:
@@ -214,6 +219,12 @@ class HybridTest:
 
     def _exchange(self, link: socket.socket, place: int, sent: np.ndarray, record: _Record) -> tuple[np.ndarray, float]:
         """Send displacements, velocities and accelerations; return the measured forces and the time it took [s]."""
+        if not np.isfinite(sent).all():
+            record.fail(
+                "the motion of an interface is not finite, so that it was not sent: the test is unstable. Give a "
+                "displacement_limit, and a shorter step",
+                place,
+            )
         largest = np.abs(sent[0]).max()
         if largest > self.limits[0]:
             record.fail(

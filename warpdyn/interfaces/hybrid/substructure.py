@@ -75,12 +75,13 @@ class Substructure:
     def close(self) -> None:
         """Close the connection and the server."""
         self._is_open = False
-        for each in (self._link, self._server):
-            if each is not None:
-                with contextlib.suppress(OSError):  # not connected
-                    each.shutdown(socket.SHUT_RDWR)
-                each.close()
-        self._thread.join(timeout=5)
+        ends = [each for each in (self._link, self._server) if each is not None]
+        for each in ends:
+            with contextlib.suppress(OSError):  # not connected
+                each.shutdown(socket.SHUT_RDWR)
+        self._thread.join(timeout=5)  # it reads the messages that have arrived
+        for each in ends:
+            each.close()
 
     def _serve(self) -> None:
         while self._is_open:

@@ -87,6 +87,8 @@ class _Attached:
                 f"as {{2: 1.0, 1: -1.0}}, got {shortened(self.place)}"
             )
         if isinstance(self.place, Mapping):  # text as keys, as in JSON
+            for name, each in self.place.items():
+                real_number(f"the factor of {name!r} in place", each)
             object.__setattr__(self, "place", FrozenMapping({str(name): each for name, each in self.place.items()}))
         for field in fields(self):
             value = getattr(self, field.name)

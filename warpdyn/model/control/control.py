@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from warpdyn.engine.controllers.controller import Controller
-from warpdyn.engine.controllers.rules import MAGNETORHEOLOGICAL, OF_DOFS, SENSORS, ControlRules
+from warpdyn.engine.controllers.rules import DAMPER, FORCE, MAGNETORHEOLOGICAL, OF_DOFS, SENSORS, ControlRules
 from warpdyn.foundations.core.checks import one_of, real_number
 from warpdyn.foundations.core.frozen_values import FrozenMapping
 from warpdyn.foundations.core.messages import warn_caller
@@ -22,7 +22,8 @@ ON_LIMIT = ("clip", "fail")
 WHOLE = 1e-6  # largest difference of a ratio of two times from a whole number
 MOST_DELAYED, MOST_ACTUATORS = 1000, 16
 UNITS = {"displacement": "m", "velocity": "m/s", "acceleration": "m/s2", "force": "N"}
-# Above this ratio of the fastest rate times the sampling interval, the loop cannot follow the vibration.
+COMMANDS = {FORCE: "a force [N]", DAMPER: "a coefficient [N s/m]", MAGNETORHEOLOGICAL: "a voltage [V]"}
+# Above this product of the slowest circular frequency and the sampling interval, the loop cannot follow the vibration.
 COARSE_SAMPLING = 0.5
 
 
@@ -134,6 +135,23 @@ class Control:
             kind = self.controller
             hint = f": give {kind.__name__}(...)" if isinstance(kind, type) else ""
             raise TypeError(f"controller must be an object of a subclass of wd.control.Controller, got {kind!r}{hint}")
+        if self.controller is not None:
+            self._check_commands(self.controller)
+
+    def _check_commands(self, controller: Controller) -> None:
+        """Raise a ValueError if actuators take other commands than the controller returns, or it has no input."""
+        name = type(controller).__name__
+        for number, each in enumerate(self.actuators, 1):
+            if controller.acts_on not in (None, each.kind):
+                raise ValueError(
+                    f"{name} returns {COMMANDS[controller.acts_on]}, but the command of actuator {number}, a "
+                    f"{type(each).__name__}, is {COMMANDS[each.kind]}: give another controller, or another actuator"
+                )
+        if self.regulator is None and self._reads("desired"):
+            raise ValueError(
+                f"{name} reads measured.desired, which is 0 without a regulator: give regulator=, such as "
+                "wd.control.lqr(structure, actuators, force_weight=1e-8)"
+            )
 
     @property
     def delay_in_samples(self) -> int:
@@ -169,11 +187,13 @@ class Control:
         for kind in ("noise", "resolution"):
             if getattr(self, kind).get("acceleration", 0) > 0 and rules.sensors < len(OF_DOFS):
                 raise ValueError(f"{kind} of acceleration has no effect: neither regulator nor controller reads them")
-        fastest = np.abs(np.linalg.eigvals(state_space(structure, ()).dynamics)).min()
-        if fastest * self.sampling_interval > COARSE_SAMPLING:
+        slowest = np.abs(np.linalg.eigvals(state_space(structure, ()).dynamics)).min()
+        if slowest * self.sampling_interval > COARSE_SAMPLING:
             warn_caller(
                 f"sampling_interval={self.sampling_interval:g} s is long for the first period of the structure, "
-                f"{2 * np.pi / fastest:.3g} s: the commands lag behind the vibration by half of the interval"
+                f"{2 * np.pi / slowest:.3g} s: the commands lag behind the vibration by half of the interval. "
+                f"sampling_interval= is in seconds: if {self.sampling_interval:g} is in ms, give "
+                f"{self.sampling_interval / 1000:g}"
             )
 
     def rules(self, structure: Structure) -> ControlRules:

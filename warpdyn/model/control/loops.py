@@ -77,6 +77,8 @@ def delay_margin(
     a, b, gain = system.dynamics, system.input, _state_gain(system, regulator)
     if np.linalg.eigvals(a - b @ gain).real.max() >= 0:
         return 0.0
+    if not gain.any():
+        return np.inf
     # The gain is 1 where this Hamiltonian matrix has an eigenvalue on the imaginary axis. Velocities are scaled by a
     # frequency, and the forces by the size of the gain, so that the entries are of similar size.
     dofs = len(a) // 2

@@ -11,11 +11,12 @@ from numpy.typing import ArrayLike
 from scipy.linalg import block_diag, expm, solve_continuous_are, solve_discrete_are
 
 from warpdyn.engine.controllers.rules import ACCELERATION, DISPLACEMENT, OF_DOFS, VELOCITY
-from warpdyn.foundations.core.checks import finite_numbers, one_of, real_number
+from warpdyn.foundations.core.checks import finite_numbers, one_of, real_number, whole_number
 from warpdyn.model.control.state_space import StateSpace, state_space
 from warpdyn.model.structures.structure import Structure
 
 ENERGY = "energy"
+ROUNDING = 1e-9  # rounding errors of a matrix of weights, relative to its largest entry or eigenvalue
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,6 +34,7 @@ class Regulator:
         correction: Shape [state, sensor value].
         input: Shape [state, actuator].
         sampling_interval: Sampling interval for which the regulator is designed [s]; None: continuous design.
+        dofs: Number of degrees of freedom for which the regulator is designed; None: not checked.
 
     Raises:
         ValueError: If shapes do not fit, or a value is not finite.
@@ -49,8 +51,11 @@ class Regulator:
     correction: np.ndarray | None = None
     input: np.ndarray | None = None
     sampling_interval: float | None = None
+    dofs: int | None = None
 
     def __post_init__(self) -> None:
+        if self.dofs is not None:
+            whole_number("dofs", self.dofs, 1)
         for name in ("gain", "estimate_gain", "growth", "correction", "input"):
             value = getattr(self, name)
             if value is not None:
@@ -94,6 +99,11 @@ class Regulator:
     def kinds(self, dofs: int) -> int:
         """Return the number of kinds of sensors (2, or 3 with accelerations); raise a ValueError for other shapes."""
         values = self.gain.shape[1]
+        if self.dofs is not None and self.dofs != dofs:
+            raise ValueError(
+                f"the regulator was designed for {self.dofs} degrees of freedom, but the structure has {dofs}: call "
+                "lqr or lqg with this structure"
+            )
         if values not in (2 * dofs, 3 * dofs):
             raise ValueError(
                 f"the gain has {values} columns, but the structure has {dofs} degrees of freedom: it must have "
@@ -138,7 +148,7 @@ def lqr(
     system = state_space(structure, actuators, parameters)
     weights = _weights(system, state_weight, acceleration_weight, force_weight)
     gain = _gain(system, weights, sampling_interval)
-    return Regulator(gain, sampling_interval=sampling_interval)
+    return Regulator(gain, sampling_interval=sampling_interval, dofs=structure.dofs)
 
 
 def lqg(
@@ -206,6 +216,7 @@ def lqg(
         correction=np.vstack([growth @ whole, np.zeros((forces, whole.shape[1]))]),
         input=np.vstack([driven, np.eye(forces)]),
         sampling_interval=interval,
+        dofs=dofs,
     )
 
 
@@ -233,10 +244,13 @@ def _weights(
     of_states = finite_numbers("state_weight", state_weight)
     if of_states.shape != (states, states):
         raise ValueError(f"state_weight must have shape {(states, states)}, got {of_states.shape}")
+    _check_symmetric("state_weight", of_states)
+    _check_semidefinite(of_states)
     of_forces = finite_numbers("force_weight", force_weight)
     of_forces = of_forces * np.eye(forces) if of_forces.ndim == 0 else of_forces
     if of_forces.shape != (forces, forces):
         raise ValueError(f"force_weight must be one number or have shape {(forces, forces)}, got {of_forces.shape}")
+    _check_symmetric("force_weight", of_forces)
     if np.linalg.eigvalsh(of_forces).min() <= 0:
         raise ValueError("force_weight must be positive (definite): otherwise the forces have no bound")
     mixed = np.zeros((states, forces))
@@ -252,6 +266,24 @@ def _weights(
         mixed = rows.T @ (weight * direct)
         of_forces = of_forces + direct.T @ (weight * direct)
     return of_states, mixed, of_forces
+
+
+def _check_symmetric(name: str, weight: np.ndarray) -> None:
+    """Raise a ValueError if a matrix of weights is not symmetric."""
+    if np.abs(weight - weight.T).max() > ROUNDING * np.abs(weight).max():
+        raise ValueError(f"{name} must be symmetric: give ({name} + {name}.T) / 2, which has the same cost")
+
+
+def _check_semidefinite(of_states: np.ndarray) -> None:
+    """Raise a ValueError if the weight of the states has a negative eigenvalue, beyond rounding errors."""
+    size = np.sqrt(np.abs(np.diag(of_states)))
+    scale = 1 / np.where(size > 0, size, 1.0)  # displacements and velocities have different units
+    eigenvalues = np.linalg.eigvalsh(scale[:, None] * (of_states + of_states.T) / 2 * scale)
+    if eigenvalues.min() < -1e-9 * np.abs(eigenvalues).max():
+        raise ValueError(
+            "state_weight must be positive semidefinite, but it has a negative eigenvalue, so that the regulator would "
+            "increase the vibration: correct its signs, or give a matrix C.T @ C of the outputs C x that must be small"
+        )
 
 
 def _gain(system: StateSpace, weights: tuple[np.ndarray, np.ndarray, np.ndarray], interval: float | None) -> np.ndarray:

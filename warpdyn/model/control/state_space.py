@@ -46,16 +46,14 @@ class StateSpace(NamedTuple):
         return self.dynamics[dofs:], self.input[dofs:]
 
 
-def check_structure(structure: Any) -> Structure:
-    """Return the structure; raise a TypeError or ValueError unless it can be controlled."""
+def check_structure(structure: Any, purpose: str = "can be controlled") -> Structure:
+    """Return the structure; raise a TypeError or ValueError unless it can be controlled, or serve another purpose."""
     if not isinstance(structure, ShearBuilding | LumpedStructure):
-        raise TypeError(f"only {CONTROLLED} can be controlled, got {type(structure).__name__}")
+        raise TypeError(f"only {CONTROLLED} {purpose}, got {type(structure).__name__}")
     if structure.components > 1:
-        raise ValueError(
-            f"only {CONTROLLED} can be controlled, but this structure has {structure.components} components"
-        )
+        raise ValueError(f"only {CONTROLLED} {purpose}, but this structure has {structure.components} components")
     if isinstance(structure, LumpedStructure) and structure.column_line is not None:
-        raise ValueError(f"only {CONTROLLED} can be controlled, not a frame with hinges")
+        raise ValueError(f"only {CONTROLLED} {purpose}, not a frame with hinges")
     return structure
 
 
@@ -81,11 +79,16 @@ def state_space(
         ((4, 4), (4, 1))
     """
     check_structure(structure)
+    if not isinstance(actuators, list | tuple):
+        raise TypeError(f"actuators must be a list, got {type(actuators).__name__}: give [actuator]")
     values = {name: np.asarray(each, float) for name, each in structure.nominal_values.items()}
     for name, given in (parameters or {}).items():
         if name not in values:
             raise ValueError(f"the structure has no parameter {name!r}{did_you_mean(name, list(values))}")
         values[name] = np.broadcast_to(finite_numbers(name, given), values[name].shape)
+        known = structure.parameter_table.get(name)
+        if known is not None and (wrong := known.violations(values[name])).any():
+            raise ValueError(f"{name} in parameters must be {known.allowed}, got {values[name][wrong][0]:g}")
     if isinstance(structure, LumpedStructure):
         found = structure.central_matrices(values)
         mass, damping, stiffness = found["mass"], found["damping"], found["stiffness"]

@@ -295,10 +295,15 @@ def check_scatter(structure: Structure, scatter: Scatter) -> None:
             f"scatter of {', '.join(scatter)}: a scene with a Portfolio has no scatter; give it to each archetype, "
             "Archetype(building, count, scatter)"
         )
-    allowed = ", ".join(structure.parameter_table)
     for name, spread in scatter.items():
         if name not in structure.parameter_table:
-            hint = did_you_mean(name, list(structure.parameter_table))
+            possible = [
+                each
+                for each in structure.parameter_table
+                if structure.scatter_problem(each, is_common_factor=False) is None
+                or structure.scatter_problem(each, is_common_factor=True) is None
+            ]
+            hint, allowed = did_you_mean(name, possible), ", ".join(possible)
             raise ValueError(f"scatter names unknown parameter {name!r}{hint}; parameters of {structure!r}: {allowed}")
         if not isinstance(spread, ParameterScatter):
             raise TypeError(

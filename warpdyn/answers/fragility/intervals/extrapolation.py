@@ -78,14 +78,18 @@ def status_attributes() -> dict[str, Any]:
     return {"flag_values": np.arange(len(MEDIAN_MEANINGS), dtype=np.int8), "flag_meanings": " ".join(MEDIAN_MEANINGS)}
 
 
-def levels_towards(median: float, lowest: float, highest: float, units: str) -> str:
-    """Return advice, as text, on levels [units] to add between the levels that were run and a median outside them."""
+def levels_towards(median: float, lowest: float, highest: float, units: str, added: str = "levels") -> str:
+    """Return advice, as text, on levels [units] to add between the levels that were run and a median outside them.
+
+    With `added` = "motions", the advice is to add motions with such intensities, because a cloud has no levels.
+    """
     begin = highest if median > highest else lowest
     beyond = np.clip(max(median / begin, begin / median), LEAST_BEYOND, MOST_BEYOND)
     end = begin * beyond if median > highest else begin / beyond
     levels = sorted(float(f"{level:.{DIGITS}g}") for level in np.geomspace(begin, end, 4)[1:])
     side = "above" if median > highest else "below"
-    return f"add levels {side} {begin:g} {units}, such as {', '.join(f'{level:g}' for level in dict.fromkeys(levels))}"
+    what = added if added == "levels" else f"{added} with intensities"
+    return f"add {what} {side} {begin:g} {units}, such as {', '.join(f'{level:g}' for level in dict.fromkeys(levels))}"
 
 
 def sentences(
@@ -96,6 +100,7 @@ def sentences(
     lowest: ArrayLike,
     highest: ArrayLike,
     units: str,
+    added: str = "levels",
 ) -> list[str]:
     """Return one sentence for each damage state whose median is outside the intensities that were run.
 
@@ -106,6 +111,7 @@ def sentences(
         fitted: All fitted medians, shape [damage_state].
         lowest, highest: Lowest and highest intensity that were run: one value for all states, or shape [damage_state].
         units: Units of the intensities.
+        added: What the advice is to add: "levels" or "motions".
     """
     lowest, highest = (np.broadcast_to(np.asarray(end, dtype=float), fitted.shape) for end in (lowest, highest))
     found = []
@@ -113,7 +119,7 @@ def sentences(
         if place != EXTRAPOLATED and fit != UNDETERMINED:
             continue
         side, end = ("above the highest", high) if median > high else ("below the lowest", low)
-        advice = levels_towards(float(median), float(low), float(high), units)
+        advice = levels_towards(float(median), float(low), float(high), units, added)
         where = f"{side} intensity that was run, {end:g} {units}"
         what = f"of {median:.3g} {units}"
         if fit == UNDETERMINED:

@@ -166,7 +166,7 @@ def assimilate(
             found, normals, weights = _filtered(scene, unknowns, measured, settings, where, method, count, random)
     _warn_of_divergence(found, measured, count, method)
     kind = {"particle": "metropolis" if is_exact else "liu_west"}.get(method, "none")
-    attributes = {"method": method, "rejuvenation": kind, "seed": seed, "measurement": repr(measured)}
+    attributes = {"method": method, "rejuvenation": kind, "seed": seed, "measurement": measured.identity}
     return _filtered_dataset(found, unknowns, normals, weights, measured, scene, attributes)
 
 
@@ -185,9 +185,8 @@ def _checked_members(members: int, method: str, variables: int) -> int:
     count = whole_number("members", members, FEWEST_MEMBERS, MOST_MEMBERS)
     if method in ("ensemble_kalman", "square_root_kalman") and count <= 2 * variables:
         raise ValueError(
-            f"members is {count}, but {variables} unknown states and parameters need more than {2 * variables}, so "
-            "that "
-            f"the covariance of the ensemble is not singular: give members={10 * variables}"
+            f"members is {count}, but {variables} unknown states and parameters need more than {2 * variables}, "
+            f"so that the covariance of the ensemble is not singular: give members={10 * variables}"
         )
     return count
 

@@ -96,14 +96,18 @@ class Arriving:
         }
 
     def lag(self, integrated: float) -> float:
-        """Return the time between the last integrated sample and now [s]; 0 before the first packet.
+        """Return the time between the last integrated sample and now [s]; 0 before the motion begins.
 
-        If time stamps are not POSIX times, the lag is relative to the packet that arrived earliest after its samples.
+        If time stamps are not POSIX times, the lag is relative to the packet that arrived earliest after its samples;
+        after `restore` it is NaN until the next packet.
         """
         begin = self.receiver.begin
-        return 0.0 if self._offset is None or begin is None else time.time() - self._offset - begin - integrated
+        if begin is None:
+            return 0.0
+        return np.nan if self._offset is None else time.time() - self._offset - begin - integrated
 
     def restore(self, receiver: Receiver, record: np.ndarray, counted: Mapping[str, int]) -> None:
         """Replace the motion by that of a saved state: its receiver, its record and its number of refused packets."""
-        self._samples, self._offset, self.refused = 0, None, counted["refused"]
+        self._samples, self.refused = 0, counted["refused"]
+        self._offset = 0.0 if receiver.end > POSIX else None
         self.keep(record, receiver)

@@ -22,7 +22,7 @@ class Packet:
 
     Args:
         acceleration: Accelerations [m/s2], or in the `unit` of the Live, shape [time] or [time, component].
-        start: Time of the first sample [s], such as POSIX time; None: the packet follows the last one.
+        start: Time of the first sample [s], such as POSIX time; None: the packet follows the latest sample.
         step: Sampling step [s]; None: the step of the live ensemble.
         component: Index of the only component in the packet, if components arrive separately; None: all components.
 

@@ -76,7 +76,7 @@ class Track:
 
         Args:
             values: Accelerations [m/s2], shape [time].
-            start: Time stamp of the first sample [s]; None: the packet follows the last one.
+            start: Time stamp of the first sample [s]; None: the packet follows the latest sample, also after a gap.
 
         Raises:
             RefusedPacket: If the packet contradicts earlier ones, goes back in time, starts between two samples, or
@@ -86,7 +86,8 @@ class Track:
             start = 0.0 if start is None else start
             return replace(self, begin=start, expected=start)._append(values)
         if start is None:
-            start = self.expected
+            latest = self.waiting[-1].end if self.waiting else self.recent.end
+            start = self.expected + (latest - self.recent.end) * self.step
         shift, place = self._place(start)
         segment = Segment(shift + self.recent.end, values)
         if shift == 0:

@@ -177,7 +177,10 @@ def _check_fields(part: Any, home: Any, fields: Mapping[str, Collection[str]]) -
 
 
 def _check_together(home: Any, wanted: Sequence[Any], slots: Mapping[str, Slot], constants: Collection[str]) -> None:
-    """Check that no part of a kernel assigns to a variable of another part, unless it borrows the variable."""
+    """Check that no part of a kernel assigns to a variable of another part, unless it borrows the variable.
+
+    A declared variable must also not have the name of a constant, which it would replace in all parts.
+    """
     owner: dict[str, Any] = {}
     around: dict[str, list[tuple[Any, Body]]] = {}
     facts = {part: facts_of(part, name_of(home)) for part in wanted}
@@ -186,6 +189,8 @@ def _check_together(home: Any, wanted: Sequence[Any], slots: Mapping[str, Slot],
             if variable in owner:
                 other = name_of(owner[variable])
                 refuse(part, "declare", line, f"declares {variable!r}, as part {other!r} does; {OTHER_NAME}")
+            if variable in constants:
+                refuse(part, "declare", line, f"declares {variable!r}, a constant of the kernel; {OTHER_NAME}")
             owner[variable] = part
         for body in bodies.values():
             for inner in body.slots:

@@ -95,13 +95,20 @@ def names(plan):
 
 
 def _sensed_motions(rules, dofs):
-    """Return statements that set the measured drifts and rates of the actuators, and the velocities of upper ends."""
+    """Return statements that set the measured drifts and rates of the actuators, and the velocities of upper ends.
+
+    An upper end consists of the degrees of freedom with positive factors; without any, it is the base.
+    """
     lines = []
     for actuator, each in enumerate(rules.actuators):
-        for target, first in (("sensed_drift", 0), ("sensed_rate", dofs)):
-            terms = [f"dtype({factor!r}) * sensed[{first + dof}]" for dof, factor in each.rows]
+        upper = [(dof, factor) for dof, factor in each.rows if factor > 0]
+        for target, first, rows in (
+            ("sensed_drift", 0, each.rows),
+            ("sensed_rate", dofs, each.rows),
+            ("upper_rate", dofs, upper),
+        ):
+            terms = [f"dtype({factor!r}) * sensed[{first + dof}]" for dof, factor in rows] or ["dtype(0.0)"]
             lines.append(f"{target}[{actuator}] = {' + '.join(terms)}")
-        lines.append(f"upper_rate[{actuator}] = sensed[{dofs + each.rows[0][0]}]")
     return "\n".join(lines)
 
 

@@ -66,7 +66,7 @@ def declare():
             oscillators()
         )  # value of the previous step; it counts if the building has not collapsed in this one
     of_rate = periods()  # factors of the step, see `oscillator_factors`
-    of_displacement = periods()
+    displacement_factor = periods()
     of_change = periods()
     of_force = periods()
     of_damper = periods()
@@ -84,7 +84,7 @@ def start():
                 loads.oscillator_frequency[p], loads.oscillator_damping[0], wp.float64(step[j])
             )
             of_rate[p, j] = dtype(g0)
-            of_displacement[p, j] = dtype(wg1)
+            displacement_factor[p, j] = dtype(wg1)
             of_change[p, j] = dtype(wg2)
             of_force[p, j] = dtype(wg0)
             of_damper[p, j] = dtype(dg0)
@@ -124,13 +124,13 @@ def end_step():
             pull = oscillator + floor_start
             displacement_rise = (
                 of_rate[period, j] * oscillator_rate
-                - of_displacement[period, j] * pull
+                - displacement_factor[period, j] * pull
                 - of_change[period, j] * rise_of_floor
             )
             rate_rise = (
-                dtype(-1.0) * (of_displacement[period, j] + of_damper[period, j]) * oscillator_rate
+                dtype(-1.0) * (displacement_factor[period, j] + of_damper[period, j]) * oscillator_rate
                 - of_force[period, j] * pull
-                - of_displacement[period, j] * rise_of_floor
+                - displacement_factor[period, j] * rise_of_floor
             )
             displacement_rise = displacement_rise * oscillation_moves[j]
             rate_rise = rate_rise * oscillation_moves[j]

@@ -32,6 +32,7 @@ from warpdyn.foundations.core.plausibility.check import (
     over_highest,
     with_units,
 )
+from warpdyn.foundations.core.plausibility.motions_and_targets import CHECKS_OF_MOTIONS
 from warpdyn.foundations.core.plausibility.soil_and_footings import CHECKS_OF_FOUNDATIONS
 
 _MASS, _PER_MASS = with_units("mass", MASS, 0.5), with_units("mass", MASS, -1)
@@ -387,5 +388,6 @@ CHECKS: Mapping[str, Check] = {
         "last demand of an acceleration loss function", "m s-2", 5.0, 200.0, given_in(ACCELERATION)
     ),
     "acceleration_limit": Check("floor acceleration limit", "m s-2", 0.5, 100.0, given_in(ACCELERATION)),
+    **CHECKS_OF_MOTIONS,
     "pushed_drift_ratio": Check("largest drift over height", "1", 0.0, 0.5, given_in(LENGTH)),
 }

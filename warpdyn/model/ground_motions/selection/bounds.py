@@ -44,9 +44,9 @@ def screened(
     passes = np.ones(records.number, bool)
     left: dict[str, int] = {}
 
-    def apply(said: str, good: np.ndarray) -> None:
+    def apply(bound: str, good: np.ndarray) -> None:
         nonlocal passes
-        left[said] = int(good.sum())
+        left[bound] = int(good.sum())
         passes = passes & good
 
     assert records.table is not None  # from its constructor
@@ -83,7 +83,11 @@ def check_enough(number: int, available: int, records: int, left: dict[str, int]
     of_level = "" if level is None else f" for the level {level:.4g} g"
     each = "; ".join(f"{name}: {count}" for name, count in left.items())
     strictest = min(left, key=lambda name: left[name]) if left else ""
-    advice = f"Widen the bound on {strictest!r} first, or give a smaller number=" if left else "Give a smaller number="
+    advice = "Give a smaller number="
+    if number > records:
+        advice = f"Add records: wider bounds leave at most {records}; or give number={records} or less"
+    elif left:
+        advice = f"Widen the bound on {strictest!r} first, or give a smaller number="
     alone = f" Records that each bound alone leaves: {each}." if left else ""
     raise ValueError(
         f"select_records: {available} of {records} records satisfy all bounds{of_level}, fewer than number={number}."

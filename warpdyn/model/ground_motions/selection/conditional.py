@@ -9,8 +9,9 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike
 
-from warpdyn.foundations.core.checks import finite_numbers, real_number, shortened
+from warpdyn.foundations.core.checks import finite_numbers, one_of, real_number, shortened
 from warpdyn.foundations.core.near_misses import suggests_names
+from warpdyn.foundations.core.plausibility import PlausibilityFindings
 from warpdyn.foundations.files.text import existing_file, read_csv
 from warpdyn.model.ground_motions.measures.measure import IntensityMeasure
 from warpdyn.model.ground_motions.measures.one_component import AverageSpectralAcceleration, SpectralAcceleration
@@ -18,6 +19,7 @@ from warpdyn.model.ground_motions.response_spectra import checked_periods
 from warpdyn.model.ground_motions.selection.correlation import spectral_correlation
 from warpdyn.model.ground_motions.selection.target import TargetSpectrum, index_of_period
 
+ROUNDING = 1e-6  # of correlations, such as printed digits
 Correlation = Callable[[np.ndarray, np.ndarray], np.ndarray]
 
 
@@ -55,7 +57,8 @@ def conditional_spectrum(
 
     Raises:
         ValueError: If shapes differ, a value is out of range, a period of `conditioning` is missing, not exactly one of
-            `level` and `epsilon` is given, or the covariance is not positive semidefinite.
+            `level` and `epsilon` is given, `correlation` returns no correlations, or the covariance is not positive
+            semidefinite.
         TypeError: If `conditioning` is not one of the two intensity measures.
 
     Example:
@@ -74,7 +77,7 @@ def conditional_spectrum(
         )
     means, sigmas = _scenarios(median, dispersion, row.size)
     shares = _shares(weights, means.shape[0])
-    rho = np.asarray(correlation(row[:, None], row[None, :]), float)
+    rho = _correlations(correlation, row, "conditional_spectrum")
     places = _places_of_measure(conditioning, row)
     # ln of the conditioning measure is the mean of ln Sa at these periods.
     of_measure = means[:, places].mean(axis=1)
@@ -91,6 +94,11 @@ def conditional_spectrum(
         ln_level = float(of_measure[0] + real_number("epsilon", epsilon) * np.sqrt(variance[0]))
     else:
         ln_level = float(np.log(real_number("level [g]", level, above=0, units="g")))
+    findings = PlausibilityFindings()
+    findings.add("median_spectral_acceleration", np.exp(means).max())
+    # One of several causal scenarios must reach the level.
+    findings.add("conditioning_epsilon", np.abs((ln_level - of_measure) / np.sqrt(variance)).min())
+    findings.warn()
     # A normal distribution, given the value of a linear combination.
     given = means + with_measure / variance[:, None] * (ln_level - of_measure)[:, None]
     left = covariances - with_measure[:, :, None] * with_measure[:, None, :] / variance[:, None, None]
@@ -121,6 +129,27 @@ def _scenarios(median: ArrayLike, dispersion: ArrayLike, periods: int) -> tuple[
             "both for the same scenarios"
         )
     return np.log(rows[0]), rows[1]
+
+
+def _correlations(correlation: Correlation, periods: np.ndarray, function: str) -> np.ndarray:
+    """Return the correlations of ln Sa, shape [period, period], after a check."""
+    number = periods.size
+    rho = finite_numbers(f"{function}: correlation", correlation(periods[:, None], periods[None, :]))
+    what = f"{function}: correlation must return the correlations of all periods, shape [{number}, {number}]"
+    if rho.shape != (number, number):
+        raise ValueError(f"{what}, got shape {rho.shape}: write it with NumPy functions that broadcast")
+    for fault, bad in (
+        ("a correlation of a period with itself that is not 1", np.diag(np.abs(np.diag(rho) - 1) > ROUNDING)),
+        ("values that differ if both periods are exchanged", np.abs(rho - rho.T) > ROUNDING),
+        ("a value outside -1 to 1", np.abs(rho) > 1 + ROUNDING),
+    ):
+        if bad.any():
+            i, j = np.argwhere(bad)[0]
+            raise ValueError(
+                f"{what}, got {fault}: {rho[i, j]:g} for {periods[i]:g} and {periods[j]:g} s: give a function such as "
+                "wd.spectral_correlation"
+            )
+    return rho
 
 
 def _shares(weights: ArrayLike | None, scenarios: int) -> np.ndarray:
@@ -159,6 +188,7 @@ def read_openquake_spectrum(
     path: str | os.PathLike,
     conditioning: SpectralAcceleration,
     *,
+    statistic: str = "mean",
     correlation: Correlation = spectral_correlation,
 ) -> list[TargetSpectrum]:
     """Read the conditional spectra of one site from a CSV file of the OpenQuake engine.
@@ -171,13 +201,15 @@ def read_openquake_spectrum(
     Args:
         path: The file, with the columns `poe`, `period`, `mea` and `std` (version 3.14 of the engine or later).
         conditioning: The reference intensity measure of the calculation (`imt_ref`).
+        statistic: Rows to read, by their value in the column `stat`, such as "mean" or "quantile-0.5".
         correlation: Function of two arrays of periods [s] that returns the correlation of ln Sa.
 
     Returns:
         One target per probability of exceedance, ordered by increasing level.
 
     Raises:
-        ValueError: If columns are missing, a value is out of range, or the conditioning period is not in the file.
+        ValueError: If columns are missing, a value is out of range, the conditioning period or the statistic is not in
+            the file, or `correlation` returns no correlations.
         TypeError: If `conditioning` is not a SpectralAcceleration.
         FileNotFoundError: If the file does not exist.
 
@@ -197,8 +229,10 @@ def read_openquake_spectrum(
         raise TypeError(
             f"read_openquake_spectrum: conditioning must be wd.SpectralAcceleration(period), got {conditioning!r}"
         )
-    keys = [name for name in ("stat", "poe") if name in table.columns]
-    targets = [_of_rows(rows, conditioning, correlation, path) for _, rows in table.groupby(keys, sort=True)]
+    if "stat" in table:
+        one_of("statistic", statistic, table["stat"].astype(str).unique().tolist())
+        table = table[table["stat"].astype(str) == statistic]
+    targets = [_of_rows(rows, conditioning, correlation, path) for _, rows in table.groupby("poe")]
     return sorted(targets, key=lambda target: target.level or 0.0)
 
 
@@ -214,7 +248,7 @@ def _of_rows(
             f"{path} has no row for the conditioning period {conditioning.period:g} s: its periods are "
             f"{periods.tolist()}; give conditioning=wd.SpectralAcceleration(period) with the period of imt_ref"
         )
-    rho = np.asarray(correlation(periods[:, None], periods[None, :]), float)
+    rho = _correlations(correlation, periods, "read_openquake_spectrum")
     to_it = rho[:, place]
     left = np.sqrt(np.maximum(1 - to_it**2, 0.0))
     with np.errstate(invalid="ignore", divide="ignore"):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Mapping
+from numbers import Real
 
 import numpy as np
 import pandas as pd
@@ -88,6 +89,9 @@ def user_table(
         raise TypeError(
             "from_table: spectra and columns must be mappings, such as spectra={1.0: 'T1'}, columns={'magnitude': 'M'}"
         )
+    wrong = [period for period in spectra if isinstance(period, bool) or not isinstance(period, Real)]
+    if wrong:
+        raise TypeError(f"from_table: the keys of spectra must be periods [s], such as {{1.0: 'T1'}}, got {wrong[0]!r}")
     return _parts(flat, dict(spectra), dict(columns), where, "given", size, missing)
 
 

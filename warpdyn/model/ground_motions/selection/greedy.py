@@ -17,7 +17,6 @@ from warpdyn.model.ground_motions.selection.target import TargetSpectrum
 
 TRIALS = 20  # sets of simulated spectra; the best set is used
 GRID = 0.1  # spacing of the scale factors that are tried if the target is unconditional
-LARGE = np.inf
 
 
 @dataclass(frozen=True)
@@ -46,12 +45,13 @@ class Problem:
 
     @property
     def grid(self) -> np.ndarray:
-        """Scale factors that are tried if the target is unconditional: multiples of GRID within the bounds."""
+        """Scale factors that are tried if the target is unconditional: the bounds, and multiples of GRID between."""
         low, high = self.scale
         if low == high:
             return np.array([low])
         steps = np.arange(np.ceil(low / GRID - 1e-9), np.floor(high / GRID + 1e-9) + 1) * GRID
-        return np.unique(np.concatenate([[low], steps[steps > 0], [high]])) if low > 0 else steps[steps > 0]
+        factors = np.unique(np.concatenate([[low], steps, [high]]))
+        return factors[factors > 0]
 
     def is_free(self, chosen: np.ndarray) -> np.ndarray:
         """Return whether each candidate may be added to a set: it is not in the set, and its event is not full."""
@@ -69,7 +69,7 @@ def simulated_spectra(
     Of TRIALS sets, the set whose mean, standard deviation and skewness are nearest to those of the target is returned.
     """
     factor, sigma = target.factor, target.dispersion
-    best, least = np.empty((0, 0)), LARGE
+    best, least = np.empty((0, 0)), np.inf
     for _ in range(TRIALS):
         spectra = random.standard_normal((number, sigma.size)) @ factor.T
         # Keep the ranks, and replace the values by one value in each of `number` equally probable intervals.
@@ -108,7 +108,7 @@ def nearest_records(problem: Problem, simulated: np.ndarray) -> tuple[np.ndarray
             scale = np.clip(scale, low, high)
             distance = np.sum((problem.spectra + np.log(scale)[:, None] - spectrum) ** 2, axis=1)
             allowed = problem.is_free(np.array(chosen, int))
-        best = int(np.argmin(np.where(allowed, distance, LARGE)))
+        best = int(np.argmin(np.where(allowed, distance, np.inf)))
         chosen.append(best)
         factors.append(float(scale[best]))
     return np.array(chosen), np.array(factors)
@@ -146,7 +146,7 @@ def improved(
                 scale = problem.factors[allowed]
                 error = error_of(problem, rest, candidates + np.log(scale)[:, None])
             else:
-                scale, error = np.full(allowed.size, grid[0]), np.full(allowed.size, LARGE)
+                scale, error = np.full(allowed.size, grid[0]), np.full(allowed.size, np.inf)
                 for factor in grid:
                     of_factor = error_of(problem, rest, candidates + np.log(factor))
                     is_better = of_factor < error

@@ -126,7 +126,7 @@ class RecordSelection:
             motions: Name in the table -> motion, if the spectra come from a flat file.
 
         Raises:
-            ValueError: If a selected record has no motion.
+            ValueError: If a selected record has no motion, or its name is that of another record, too.
         """
         chosen = self._level(level).records
         if motions is None and not self.records.motions:
@@ -138,6 +138,12 @@ class RecordSelection:
             return [self.records.motions[i] for i in chosen]
         assert self.records.table is not None
         names = [self.records.table["name"].iloc[i] for i in chosen]
+        of_name = self.records.table["name"].value_counts()
+        if repeated := [name for name in names if of_name[name] > 1]:
+            raise ValueError(
+                f"{of_name[repeated[0]]} records have the name {repeated[0]!r}, so it determines no motion: "
+                "give each record another name in the column 'name' of the table"
+            )
         missing = [name for name in names if name not in motions]
         if missing:
             raise ValueError(

@@ -59,8 +59,10 @@ def select_records(
     chosen, and then the records are replaced one after the other by the candidates with the smallest error. The
     selection is separate for each target; a record may be selected for several targets.
 
-    If a target has a conditioning measure, every record is scaled to its level. Otherwise the scale factors are chosen
-    from 0.1, 0.2, ... within `scale`. `scale=(1, 1)` selects unscaled records.
+    If a target has a conditioning measure, every record is scaled to its level. Otherwise each record first has the
+    factor with the smallest squared difference of Sa to its simulated spectrum, and the greedy improvement chooses
+    factors from 0.1, 0.2, ... within `scale`. A first selection within `tolerance` keeps the least-squares factors.
+    `scale=(1, 1)` selects unscaled records.
 
     Sources: Jayaram, Lin and Baker (2011), Earthquake Spectra 27(3); Baker and Lee (2018), Journal of Earthquake
     Engineering 22(4).
@@ -121,7 +123,10 @@ def select_records(
     }
     shares = finite_numbers("select_records: weights", weights)
     if shares.shape != (3,) or np.any(shares < 0) or shares[0] + shares[1] <= 0:
-        raise ValueError(f"select_records: weights must be 3 numbers, such as (1.0, 2.0, 0.3), got {weights!r}")
+        raise ValueError(
+            "select_records: weights must be 3 numbers of at least 0, such as (1.0, 2.0, 0.3), and that of the mean or "
+            f"that of the standard deviation must be above 0, got {weights!r}"
+        )
     events = events_of(records)
     if most_per_event is not None and records.table is not None and "event" not in records.table:
         raise ValueError(

@@ -15,6 +15,7 @@ from warpdyn.model.ground_motions.measures.one_component import AverageSpectralA
 from warpdyn.model.ground_motions.response_spectra import checked_periods
 
 LEAST_EIGENVALUE = -1e-6  # least eigenvalue of a covariance, divided by the largest one (rounding of printed digits)
+DAMPING_RATIO = 0.05  # of spectra of records
 MOST_SIGMA = 2.0  # largest standard deviation of ln Sa that is accepted; ground-motion models have 0.5 to 0.9
 REPAIR = "values, vectors = np.linalg.eigh(covariance); covariance = vectors @ np.diag(values.clip(0)) @ vectors.T"
 
@@ -38,7 +39,8 @@ class TargetSpectrum(FrozenArrays):
 
     Raises:
         ValueError: If periods do not increase, shapes differ, a median is not positive, the covariance is not symmetric
-            or not positive semidefinite, or the conditioning period is not among the periods.
+            or not positive semidefinite, or the conditioning period is not among the periods or has another damping
+            ratio than 5 %.
         TypeError: If `conditioning` is not one of the two intensity measures.
 
     Example:
@@ -83,6 +85,11 @@ class TargetSpectrum(FrozenArrays):
             check_kind(
                 *("TargetSpectrum", "wd.SpectralAcceleration(period)", measure, SpectralAcceleration),
                 argument="conditioning",
+            )
+        if (ratio := measure.damping_ratio) != DAMPING_RATIO:  # type: ignore[attr-defined]
+            raise ValueError(
+                f"TargetSpectrum: conditioning has the damping ratio {ratio:g}, but the spectra of records are for "
+                f"{DAMPING_RATIO:g}: give a measure without damping_ratio="
             )
         if isinstance(measure, SpectralAcceleration):
             index = index_of_period(np.asarray(self.periods), measure.period)
@@ -131,10 +138,10 @@ class TargetSpectrum(FrozenArrays):
 
     def __repr__(self) -> str:
         periods = np.asarray(self.periods)
-        said = f"TargetSpectrum({periods.size} periods from {periods[0]:g} to {periods[-1]:g} s"
+        text = f"TargetSpectrum({periods.size} periods from {periods[0]:g} to {periods[-1]:g} s"
         if self.conditioning is not None:
-            said += f", {self.conditioning.name} = {self.level:.4g} g"
-        return said + ")"
+            text += f", {self.conditioning.name} = {self.level:.4g} g"
+        return text + ")"
 
 
 def index_of_period(periods: np.ndarray, period: float) -> int | None:

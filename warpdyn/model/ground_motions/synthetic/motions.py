@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from itertools import pairwise
 
 import numpy as np
@@ -11,6 +12,7 @@ from scipy.special import gammaincinv, gammaln
 
 from warpdyn.foundations.core.checks import check_memory, finite_numbers, real_number, whole_number
 from warpdyn.foundations.core.near_misses import did_you_mean, suggests_names
+from warpdyn.foundations.core.plausibility import PlausibilityFindings
 from warpdyn.foundations.core.random_numbers import key_of
 from warpdyn.foundations.core.units import STANDARD_GRAVITY
 from warpdyn.model.ground_motions.motions import GroundMotion
@@ -29,6 +31,7 @@ LEAST_FREQUENCY = 0.3  # Hz; the filter frequency is not lower
 STEADY = 0.01, 0.99  # the filter frequency is constant before and after these shares of the energy
 LAST = 0.9995  # share of the energy at which the modulated noise ends
 TAIL = 1.6  # duration of the decay of the high-pass filter after it, times its corner frequency
+SHARE_OF_PERIOD = 0.25  # largest step, as a share of the shortest period of the filter
 BATCH = 2**22  # samples that are computed at once
 
 
@@ -72,12 +75,6 @@ def synthetic_motions(
     seed = whole_number("synthetic_motions: seed", seed, 0)
     step = real_number("synthetic_motions: step [s]", step, above=0)
     corner = real_number("synthetic_motions: high_pass [Hz]", high_pass, above=0)
-    fastest = float(values["frequency"].max())
-    if step > 0.25 / fastest or corner > 0.1 / step:
-        raise ValueError(
-            f"synthetic_motions: step={step:g} s is too long for a filter frequency of {fastest:.4g} Hz and high_pass="
-            f"{corner:g} Hz: give a step of at most {min(0.25 / fastest, 0.1 / corner):.3g} s"
-        )
     shape, scale = gamma_modulation(values["duration"], values["middle"])
     if np.any(shape <= 1):
         row = int(np.argmax(shape <= 1))
@@ -86,7 +83,18 @@ def synthetic_motions(
             f"{values['middle'][row]:.4g} s in row {row}: the motion would start at full strength; give a duration "
             f"below {_LONGEST * values['middle'][row]:.4g} s"
         )
+    fastest = float(fastest_frequencies(values, shape, scale).max())
+    if step > SHARE_OF_PERIOD / fastest or corner > 0.1 / step:
+        raise ValueError(
+            f"synthetic_motions: step={step:g} s is too long for a filter frequency of {fastest:.4g} Hz and high_pass="
+            f"{corner:g} Hz: give a step of at most {min(SHARE_OF_PERIOD / fastest, 0.1 / corner):.3g} s"
+        )
     samples = np.ceil((scale * gammaincinv(shape, LAST) + TAIL / corner) / step).astype(np.int64) + 1
+    findings = PlausibilityFindings()
+    findings.add_each(
+        "synthetic_arias_intensity", values["arias_intensity"].tolist(), lambda row: f" in row {row} of parameters"
+    )
+    findings.warn()
     check_memory(
         f"{len(index)} synthetic motions", 8.0 * samples.sum(), "generate fewer at once, by first= and number="
     )
@@ -116,6 +124,19 @@ def synthetic_motions(
         rows = generated(batch, _filter(corner, step), step, LEAST_FREQUENCY, key_of(seed))
         found += [GroundMotion(row, step, f"synthetic {i}") for i, row in zip(batch["index"], rows, strict=True)]
     return found
+
+
+def fastest_frequencies(values: Mapping[str, np.ndarray], shape: np.ndarray, scale: np.ndarray) -> np.ndarray:
+    """Return the largest filter frequency of each motion over time [Hz], shape [motion].
+
+    Args:
+        values: Columns of the parameters, each of shape [motion].
+        shape: Shape of the gamma density of the energy [1], shape [motion].
+        scale: Scale of the gamma density [s], shape [motion].
+    """
+    since = np.array([scale * gammaincinv(shape, share) - values["middle"] for share in STEADY])
+    found: np.ndarray = (values["frequency"] + values["frequency_slope"] * since).max(axis=0)
+    return np.maximum(found, LEAST_FREQUENCY)
 
 
 def _filter(corner: float, step: float) -> np.ndarray:

@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 
 from warpdyn.foundations.core.checks import finite_numbers, real_number
 from warpdyn.foundations.core.near_misses import suggests_names, with_suggestions
+from warpdyn.foundations.core.plausibility import PlausibilityFindings
 from warpdyn.model.ground_motions.motions import GroundMotion
 
 MOST_SAMPLES = 2**24
@@ -55,6 +56,9 @@ class VelocityPulse:
             object.__setattr__(self, name, value)
         cycles = real_number("VelocityPulse.oscillations", self.oscillations, above=1)
         object.__setattr__(self, "oscillations", cycles)
+        findings = PlausibilityFindings()
+        findings.add("pulse_amplitude", self.amplitude)
+        findings.warn()
 
     @property
     def half_duration(self) -> float:
@@ -90,8 +94,8 @@ class VelocityPulse:
             duration: Duration [s]; a longer pulse is cut off.
 
         Raises:
-            ValueError: If a value is not above 0, there would be more than 2^24 samples, or the pulse begins before the
-                motion.
+            ValueError: If a value is not above 0, there would be more than 2^24 samples, the pulse begins before the
+                motion, or its frequency is above half of the sampling rate.
         """
         step = real_number("VelocityPulse.motion: step [s]", step, above=0)
         duration = real_number("VelocityPulse.motion: duration [s]", duration, above=0)
@@ -101,6 +105,7 @@ class VelocityPulse:
                 "give a shorter duration= or a longer step="
             )
         self._check_start()
+        self._check_step(step)
         time = step * np.arange(max(2, round(duration / step) + 1))
         return GroundMotion(self.acceleration(time), step, "pulse")
 
@@ -112,14 +117,18 @@ class VelocityPulse:
 
         Raises:
             TypeError: If `motion` is not a GroundMotion.
-            ValueError: If the pulse begins before the motion.
+            ValueError: If the pulse begins before the motion, or its frequency is above half of the sampling rate.
         """
         if not isinstance(motion, GroundMotion):
             raise TypeError(f"VelocityPulse.added_to: motion must be a GroundMotion, got {type(motion).__name__}")
         self._check_start()
+        self._check_step(motion.step)
         needed = int(np.ceil((self.time + self.half_duration) / motion.step)) + 1
         if needed > MOST_SAMPLES:
             raise ValueError(f"VelocityPulse.added_to: the pulse ends at sample {needed}: correct time= [s]")
+        findings = PlausibilityFindings()
+        findings.add("pulse_time", self.time / motion.duration, f" {motion.name!r}")
+        findings.warn()
         long = motion.lengthened(needed)
         added = self.acceleration(motion.step * np.arange(long.acceleration.size))
         return replace(long, acceleration=long.acceleration + added, name=f"{motion.name} with pulse")
@@ -129,6 +138,14 @@ class VelocityPulse:
             raise ValueError(
                 f"VelocityPulse.time={self.time:g} s: the pulse begins {self.half_duration - self.time:.4g} s before "
                 f"the motion, so that its first part would be lost: give a time of at least {self.half_duration:.4g} s"
+            )
+
+    def _check_step(self, step: float) -> None:
+        if self.frequency > 0.5 / step:
+            raise ValueError(
+                f"VelocityPulse.frequency={self.frequency:g} Hz is above the Nyquist frequency {0.5 / step:g} Hz, half "
+                f"of the sampling rate of a motion with step={step:g} s, so that its samples do not show the pulse: "
+                f"correct frequency= [Hz] (1 / period), or give a motion with a step below {0.5 / self.frequency:.3g} s"
             )
 
     def _angles(self, time: ArrayLike) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -14,7 +14,12 @@ from warpdyn.foundations.core.random_numbers import Purpose, normals
 from warpdyn.foundations.core.units import STANDARD_GRAVITY
 from warpdyn.model.ground_motions.motions import GroundMotion
 from warpdyn.model.ground_motions.synthetic.modulation import gamma_modulation
-from warpdyn.model.ground_motions.synthetic.motions import COLUMNS, synthetic_motions
+from warpdyn.model.ground_motions.synthetic.motions import (
+    COLUMNS,
+    SHARE_OF_PERIOD,
+    fastest_frequencies,
+    synthetic_motions,
+)
 
 MECHANISMS = {"strike_slip": 0.0, "reverse": 1.0}
 LEAST_SHAPE = 1.0  # the modulating function starts at 0 only for larger shapes
@@ -177,7 +182,8 @@ class RezaeianDerKiureghian:
             number: Number of motions.
             seed: Seed of the random numbers.
             first: Index of the first motion.
-            step: Sampling step [s].
+            step: Sampling step [s]. A motion with high filter frequencies has a shorter step, divided by 2, 3, ..., so
+                that it is at most 1/4 of the shortest period of the filter.
 
         Raises:
             ValueError: If an argument is out of range.
@@ -186,7 +192,16 @@ class RezaeianDerKiureghian:
             >>> motions = wd.RezaeianDerKiureghian(7.0, 15.0, 400.0, "reverse").motions(8, seed=3)
             >>> design = wd.OneMotionPerStructure(motions, motion=range(8))  # one motion per structure
         """
-        return synthetic_motions(self.parameters(number, seed, first), seed, step)
+        step = real_number("RezaeianDerKiureghian.motions: step [s]", step, above=0)
+        table = self.parameters(number, seed, first)
+        columns = {name: table[name].to_numpy() for name in table}
+        fastest = fastest_frequencies(columns, *gamma_modulation(columns["duration"], columns["middle"]))
+        parts = np.maximum(np.ceil(step * fastest / SHARE_OF_PERIOD), 1).astype(int)
+        found: dict[int, GroundMotion] = {}
+        for part in np.unique(parts):
+            chosen = np.flatnonzero(parts == part)
+            found |= zip(chosen.tolist(), synthetic_motions(table.iloc[chosen], seed, step / part), strict=True)
+        return [found[place] for place in range(len(table))]
 
     def _physical(self, normal: np.ndarray) -> np.ndarray:
         """Return the parameters of COLUMNS for standard normal values, shape [motion, parameter]."""

@@ -122,7 +122,7 @@ def free_matrices(frame: Frame, *, has_p_delta: bool = False) -> tuple[np.ndarra
                 f"p_delta=True: the gravity_load of node {held[0]!r}{others} has no P-Delta effect, because the node "
                 "is supported vertically. Put the load on a leaning column (members with kind='truss')"
             )
-        static.refuse_gravity_above_buckling(frame, "p_delta=True")
+        static.refuse_gravity_above_buckling(frame, "p_delta=True", "p_delta=False")
         geometric = frame.geometric(frame.gravity)[free][:, free].toarray()
     stiffness = frame.stiffness(frame.nominal)[free][:, free].toarray()
     return stiffness, geometric, frame.mass()[free][:, free].toarray()

@@ -234,12 +234,13 @@ def has_gravity(frame: Frame) -> bool:
     return any(row["gravity_load"] for rows in (frame.nodes, frame.members) for row in rows.values())
 
 
-def needs_gravity(frame: Frame, what: str) -> None:
+def needs_gravity(frame: Frame, what: str, instead: str = "") -> None:
     """Raise a ValueError if the tables contain no gravity load."""
     if not has_gravity(frame):
+        other = f", or give {instead} to neglect gravity" if instead else ""
         raise ValueError(
             f"{what}: the frame has no gravity loads: give the column gravity_load in the table of nodes [N] or "
-            "members [N/m]"
+            f"members [N/m]{other}"
         )
 
 
@@ -287,9 +288,9 @@ def _refuse_buckled(frame: Frame, axial: np.ndarray) -> None:
         )
 
 
-def refuse_gravity_above_buckling(frame: Frame, what: str) -> None:
+def refuse_gravity_above_buckling(frame: Frame, what: str, instead: str = "") -> None:
     """Raise a ValueError if the gravity loads of the tables exceed the buckling load."""
-    needs_gravity(frame, what)
+    needs_gravity(frame, what, instead)
     found = factors_of(frame, frame.gravity)
     if found.size and found[0] <= 1:
         raise ValueError(
