@@ -112,7 +112,7 @@ def main() -> None:
     answers, run = follow(scene, arguments.structures, arguments.seed, arguments.device)
     whole = wd.simulate(scene, structures=arguments.structures, seed=arguments.seed, device=arguments.device)
     is_same = all(run[name].equals(whole[name]) for name in whole.variables)
-    seconds = 1000 * answers["seconds_of_answer"].values[1:]  # the first answer includes the compilation
+    seconds = 1000 * answers["seconds_of_answer"].values[1:]  # the first answer takes longer
     print(f"{answers.attrs['packets']} packets, {answers.attrs['duplicate_packets']} of them repeated")
     print(f"answers: median {np.median(seconds):.1f} ms, 99 % within {np.quantile(seconds, 0.99):.1f} ms")
     print(f"the result {'has the bits' if is_same else 'DIFFERS from that'} of simulate for the whole record")
