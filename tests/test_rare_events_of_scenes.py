@@ -11,6 +11,8 @@ import pytest
 from scipy.special import ndtr
 
 import warpdyn as wd
+from warpdyn.answers.reliability import densities
+from warpdyn.answers.reliability.densities import LinearEvents
 from warpdyn.foundations.core.random_numbers import Purpose, normals
 
 MASS, HEIGHT = 1e5, 3.0  # kg, m
@@ -117,6 +119,30 @@ def test_importance_sampling_of_a_linear_oscillator(limit):
     assert found.attrs["peaks_recorded"] == "at the ends of integration steps of 0.005 s"
 
 
+@pytest.mark.thorough  # its kernels take most of the time
+@pytest.mark.parametrize(("drift", "exact", "error"), [(0.016, 0.0834, 0.00072), (0.022, 0.00160581, 1.1e-5)])
+def test_importance_sampling_of_several_storeys_under_filtered_noise_with_an_envelope(drift, exact, error):
+    """The first storey of three; the drift ratios of the others are small, because they are very high."""
+    damped = dict(damping="rayleigh", damping_ratio=0.05, damping_modes=(1, 2))
+    building = wd.ShearBuilding([1.2e5, 1.2e5, 1.0e5], [1.6e8, 1.3e8, 1.0e8], [HEIGHT, 1000.0, 1000.0], **damped)
+    noise = wd.FilteredNoise(wd.KanaiTajimi(0.01, 15.0, 0.6), 14.0, 0.02, wd.JenningsEnvelope(2.0, 4.0, 0.5))
+    with wd.meant_as_given("storey_height", "first_period_over_height"):
+        tested = wd.SceneLimitState(scene(building, noise), drift / HEIGHT, integration=STEPPED)
+        found = wd.importance_sampling(tested, samples=2000, seed=3)
+    assert abs(score(found, exact, error)) < 2.5
+    assert float(found["coefficient_of_variation"]) < 0.05
+
+
+def test_a_large_batch_of_events_counts_as_several_batches(monkeypatch):
+    events = LinearEvents(np.eye(3), np.array([1.0, 1.5, 2.0]))
+    normals = np.random.default_rng(1).standard_normal((50, 3))
+    number = (np.abs(normals) > events.distances).sum(axis=1)
+    monkeypatch.setattr(densities, "BATCH", 7)
+    with np.errstate(divide="ignore"):
+        expected = np.log(number / (2 * ndtr(-events.distances)).sum())
+    np.testing.assert_allclose(events.log_ratio(normals), expected, rtol=1e-12)
+
+
 def test_subset_simulation_of_a_linear_oscillator():
     tested = limit_state(0.155)
     scores = [score(wd.subset_simulation(tested, samples=500, seed=seed), *LINEAR[0.155]) for seed in range(3)]
@@ -187,6 +213,8 @@ def test_scenes_that_are_refused():
         wd.SceneLimitState(scene(), -0.1)
     with pytest.raises(TypeError, match="takes a Scene"):
         wd.SceneLimitState(oscillator(1.0), 0.1)
+    with pytest.warns(UserWarning, match="limit=2 is implausible for a drift ratio: 2 % is 0.02"):
+        wd.SceneLimitState(scene(), 2.0, integration=STEPPED)
     with pytest.raises(ValueError, match="has no 'peak_floor_acceleration'"):
         wd.SceneLimitState(scene(), 0.1, demand="peak_floor_acceleration", integration=STEPPED)
     with pytest.raises(ValueError, match=r"parameters are random \(stiffness\): use subset_simulation"):

@@ -11,6 +11,7 @@ from scipy.special import log_ndtr, logsumexp, ndtri_exp
 # Share of the samples from the standard normal density itself. It bounds the weights by 1 / PLAIN_SHARE, so that the
 # variance of the estimate is finite for every limit-state function.
 PLAIN_SHARE = 0.1
+BATCH = 2**22  # values of events that are computed at once
 MOST_CENTRES, ITERATIONS = 8, 20
 
 
@@ -88,7 +89,11 @@ class LinearEvents:
 
     def log_ratio(self, normals: np.ndarray) -> np.ndarray:
         """Return the logarithm of the density divided by the standard normal density, shape [sample]."""
-        number = (np.abs(normals @ self.directions.T) > self.distances).sum(axis=1)
+        batch = max(1, BATCH // self.distances.size)
+        parts = [normals[first : first + batch] for first in range(0, len(normals), batch)]
+        number = np.concatenate(
+            [(np.abs(part @ self.directions.T) > self.distances).sum(axis=1) for part in parts] or [np.zeros(0)]
+        )
         log_sum = np.log(2.0) + logsumexp(log_ndtr(-self.distances))
         with np.errstate(divide="ignore"):
             found: np.ndarray = np.log(number) - log_sum

@@ -13,8 +13,9 @@ from warpdyn.campaigns.integration.settings import Execution, Integration
 from warpdyn.campaigns.running.histories import Histories
 from warpdyn.campaigns.running.outputs import Outputs
 from warpdyn.campaigns.running.run import Run
+from warpdyn.foundations.core.checks import check_memory
 from warpdyn.foundations.core.messages import no_warnings
-from warpdyn.model.ground_motions.filtered_noise import FilteredNoise
+from warpdyn.model.ground_motions.filtered_noise import Recursion
 from warpdyn.model.scene.normal_variables.noise import NoiseOfNormals
 from warpdyn.model.scene.scene import Scene
 
@@ -51,24 +52,24 @@ def pulse_responses(scene: Scene, integration: Integration, execution: Execution
     return found
 
 
-def directions_of(noise: FilteredNoise, drift: np.ndarray, times: np.ndarray) -> np.ndarray:
+def directions_of(process: Recursion, envelope: np.ndarray, drift: np.ndarray, times: np.ndarray) -> np.ndarray:
     """Return the linear functions of the normal values of the noise that give a storey's drift, [time, variable].
 
     Args:
-        noise: The noise.
+        process: The process of the noise at the nodes.
+        envelope: Envelope of the noise at the nodes [1], shape [node].
         drift: Drift of the storey at the nodes for unit pulses at the first and second node [s2], shape [2, time].
         times: Times of the drifts, as indices of nodes, shape [time].
     """
-    process, envelope = noise.spectrum.recursion(noise.interval), noise.envelope_at_nodes()
     states, nodes = process.output.size, envelope.size
-    found = np.zeros((times.size, nodes, states))
+    found = np.zeros((nodes, times.size, states))
     adjoint = np.zeros((times.size, states))
     for node in range(nodes - 1, -1, -1):
         lag = times - node + 1
         pulse = np.where(lag > 0, drift[1, np.maximum(lag, 0)], 0.0) if node else drift[0, times]
         adjoint = adjoint @ process.growth + np.outer(pulse * envelope[node], process.output)
-        found[:, node] = adjoint @ (process.kick if node else process.start)
-    return found.reshape(times.size, -1)
+        found[node] = adjoint @ (process.kick if node else process.start)
+    return found.transpose(1, 0, 2).reshape(times.size, -1)
 
 
 def linear_events_of(
@@ -76,7 +77,8 @@ def linear_events_of(
 ) -> LinearEvents:
     """Return the events that the drift of a storey without yielding exceeds its limit at a node of the noise.
 
-    The thresholds are lower than the limits by `threshold_factor`, because drifts between nodes are larger.
+    The thresholds are lower than the limits by `threshold_factor`, because drifts between nodes are larger. Events are
+    computed storey by storey, and improbable ones are left out at once, which saves memory.
 
     Args:
         scene: The scene without scatter, under FilteredNoise.
@@ -91,15 +93,36 @@ def linear_events_of(
     stride = -(-last // MOST_EVENTS)
     times = np.arange(stride, last + 1, stride)
     factor = threshold_factor(stride * noise.interval / period)
-    directions = np.concatenate([directions_of(noise, drifts[:, :, storey], times) for storey in range(limits.size)])
-    deviation = np.linalg.norm(directions, axis=1)
-    with np.errstate(divide="ignore"):
-        distance = factor * np.repeat(limits, times.size) / deviation
-    least = float(distance.min())
-    # The probability of an event is about exp(-distance^2 / 2).
-    is_kept = distance**2 < least**2 - 2 * np.log(LEAST_SHARE)
-    unit = directions[is_kept] / deviation[is_kept, None]
-    return LinearEvents(unit, distance[is_kept])
+    process, envelope = noise.spectrum.recursion(noise.interval), noise.envelope_at_nodes()
+    variables = process.output.size * envelope.size
+    rows: list[np.ndarray] = []
+    distances: list[np.ndarray] = []
+    least = np.inf
+    for storey, limit in enumerate(limits):
+        check_memory(
+            f"importance_sampling with {times.size} events of storey {storey + 1} and {variables} variables",
+            3 * 8.0 * times.size * variables,
+            "give FilteredNoise a shorter duration or a longer interval, or use subset_simulation",
+        )
+        directions = directions_of(process, envelope, drifts[:, :, storey], times)
+        deviation = np.linalg.norm(directions, axis=1)
+        with np.errstate(divide="ignore"):
+            distance = factor * limit / deviation
+        least = min(least, float(distance.min()))
+        is_kept = _is_probable(distance, least)
+        rows.append(directions[is_kept] / deviation[is_kept, None])
+        distances.append(distance[is_kept])
+    kept = [_is_probable(each, least) for each in distances]
+    return LinearEvents(
+        np.concatenate([row[chosen] for row, chosen in zip(rows, kept, strict=True)]),
+        np.concatenate([row[chosen] for row, chosen in zip(distances, kept, strict=True)]),
+    )
+
+
+def _is_probable(distance: np.ndarray, least: float) -> np.ndarray:
+    """Return whether events are probable enough; the probability of an event is about exp(-distance^2 / 2)."""
+    found: np.ndarray = distance**2 < least**2 - 2 * np.log(LEAST_SHARE)
+    return found
 
 
 def threshold_factor(share_of_period: float) -> float:

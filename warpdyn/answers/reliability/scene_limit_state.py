@@ -39,6 +39,7 @@ COLLAPSED_VALUE = -1e-6  # largest value of a collapsed sample, in units of the 
 FUNCTION = "SceneLimitState"
 NUMBER = re.compile(r"[\d.,]+")  # of a warning
 DRIFTS = (DRIFT, "peak_storey_drift")  # demands for which linear events are known
+RATIOS, LARGEST_RATIO = (DRIFT, "residual_drift_ratio"), 0.3  # larger limits of drift ratios are probably in percent
 LARGEST_DEVIATION = 0.1  # of a demand from linear response; peaks between nodes are up to a few percent larger
 
 
@@ -116,6 +117,8 @@ class SceneLimitState:
                 )
         is_collapse = bool(np.ndim(limit) == 0 and limit == np.inf)
         self.limit = np.inf if is_collapse else real_number("limit", limit, above=0)
+        if demand in RATIOS and LARGEST_RATIO < self.limit < np.inf:
+            warn_caller(f"{FUNCTION}: limit={self.limit:g} is implausible for a drift ratio: 2 % is 0.02")
         self.scene, self.demand = scene, demand
         self._capacities = tuple(capacities_of(scene.structure.parameters))
         if is_collapse and scene.collapse_limit is None and not self._capacities:
