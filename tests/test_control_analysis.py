@@ -206,12 +206,12 @@ BAD = {
     "force for a voltage": (
         {"actuators": [control.MRDamper(1)], "controller": control.SkyhookDamper(coefficient=1e3)},
         ValueError,
-        r"SkyhookDamper returns a force \[N\], but the command of actuator 1, a MRDamper, is a voltage \[V\]",
+        r"SkyhookDamper returns a force \[N\], but the command of actuator 1 \(MRDamper\) is a voltage \[V\]",
     ),
     "coefficient for a force": (
         {"actuators": [*DAMPER, *TENDON], "regulator": None, "controller": SKYHOOK},
         ValueError,
-        "OnOffSkyhook returns a coefficient .* actuator 2, a Actuator, is a force",
+        r"OnOffSkyhook returns a coefficient .* actuator 2 \(Actuator\) is a force",
     ),
     "no desired force": (
         {"actuators": [control.MRDamper(1)], "regulator": None, "controller": control.ClippedOptimal(voltage=2.0)},

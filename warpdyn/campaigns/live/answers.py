@@ -106,8 +106,8 @@ class Answers:
             share = {"long_name": "share of the samples in the damage state", "units": "1"}
             variables["damage_probability"] = ("damage_state", self._shares(rows, ended), share)
             coordinates["damage_state"] = ("damage_state", np.array(states), {"long_name": "damage state"})
-        said = trace(self.model.scene.title, "Live") | dict(attributes)
-        return xr.Dataset(variables, coordinates, said)
+        described = trace(self.model.scene.title, "Live") | dict(attributes)
+        return xr.Dataset(variables, coordinates, described)
 
     def _shares(self, rows: Arrays, ended: np.ndarray) -> np.ndarray:
         """Return the share of the samples that are in each damage state [1], shape [damage_state]; NaN: all failed."""

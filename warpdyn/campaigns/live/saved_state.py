@@ -72,7 +72,7 @@ def save_state(live: Live, path: str | os.PathLike) -> Path:
     live.paused.check_whole()
     if live.is_finished:
         raise ValueError("the motion of this Live is finished, so that nothing remains to be continued: write the run")
-    said, arrays = _packed(live.arriving.receiver)
+    described, arrays = _packed(live.arriving.receiver)
     variables: dict[str, tuple] = {
         "record": (("sample_of_record", "component"), live.record, {"units": "m s-2", "long_name": "motion so far"}),
         "arrived": (("value",), arrays, {"units": "m s-2", "long_name": "samples that the receiver keeps"}),
@@ -81,8 +81,8 @@ def save_state(live: Live, path: str | os.PathLike) -> Path:
         for name, array in group.state.items():
             dims = (f"row_{number}_{name}", f"column_{number}")
             variables[f"state_{number}_{name}"] = (dims, array.numpy(), {"long_name": f"stored values, {name}"})
-    said |= {"intervals": live.paused.intervals, "counted": {"refused": live.arriving.refused}}
-    attributes = trace(live.scene.title, "save_state") | {"kind": KIND, "receiver": json.dumps(said)}
+    described |= {"intervals": live.paused.intervals, "counted": {"refused": live.arriving.refused}}
+    attributes = trace(live.scene.title, "save_state") | {"kind": KIND, "receiver": json.dumps(described)}
     dataset = xr.Dataset(variables, attrs=attributes | _identity(live))
     for variable in dataset.variables.values():
         variable.encoding["_FillValue"] = None  # NaN of failed samples are values
@@ -119,7 +119,7 @@ def load_state(live: Live, path: str | os.PathLike) -> Live:
         for name, value in _identity(live).items():
             if found.get(name) != value:
                 raise ValueError(f"{path}: the state cannot be used here: {MUST_AGREE[name]}")
-        said = json.loads(found["receiver"])
+        described = json.loads(found["receiver"])
         states = [
             {name: file[f"state_{number}_{name}"][:] for name in group.state}
             for number, group in enumerate(live.paused.groups)
@@ -129,8 +129,10 @@ def load_state(live: Live, path: str | os.PathLike) -> Live:
         for name, array in group.state.items():
             array.assign(state[name])
     live.paused.is_whole = True
-    live.paused.intervals = said["intervals"]
-    live.arriving.restore(_unpacked(live.arriving.receiver, said, arrived), np.asarray(record), said["counted"])
+    live.paused.intervals = described["intervals"]
+    live.arriving.restore(
+        _unpacked(live.arriving.receiver, described, arrived), np.asarray(record), described["counted"]
+    )
     return live
 
 
@@ -169,26 +171,27 @@ def _packed(receiver: Receiver) -> tuple[dict[str, object], np.ndarray]:
         )
         values += [each.values for each in segments] + list(track.fresh)
     last = np.zeros(0) if receiver.last is None else np.ravel(receiver.last)
-    said = {"tracks": tracks, "taken": receiver.taken, "begin": receiver.begin, "packets": receiver.packets}
-    return said | {"has_last": receiver.last is not None}, np.concatenate([*values, last])
+    described = {"tracks": tracks, "taken": receiver.taken, "begin": receiver.begin, "packets": receiver.packets}
+    return described | {"has_last": receiver.last is not None}, np.concatenate([*values, last])
 
 
-def _unpacked(receiver: Receiver, said: dict, values: np.ndarray) -> Receiver:
+def _unpacked(receiver: Receiver, described: dict, values: np.ndarray) -> Receiver:
     """Return the receiver that `_packed` described."""
-    parts = iter(np.split(values, np.cumsum(list(_lengths(said)))))
+    parts = iter(np.split(values, np.cumsum(list(_lengths(described)))))
     tracks: list[Track] = []
-    for track, own in zip(receiver.tracks, said["tracks"], strict=True):
+    for track, own in zip(receiver.tracks, described["tracks"], strict=True):
         recent, *waiting = [Segment(first, next(parts)) for first, _ in own["segments"]]
         fresh = tuple(next(parts) for _ in own["fresh"])
-        held = {"begin": own["begin"], "expected": own["expected"], "counts": Counter(own["counts"])}
-        tracks.append(replace(track, recent=recent, waiting=tuple(waiting), fresh=fresh, **held))
-    last = next(parts)[None] if said["has_last"] else None
-    known = {name: said[name] for name in ("taken", "begin", "packets")}
+        times = {"begin": own["begin"], "expected": own["expected"]}
+        counts = Counter(own["counts"])
+        tracks.append(replace(track, recent=recent, waiting=tuple(waiting), fresh=fresh, counts=counts, **times))
+    last = next(parts)[None] if described["has_last"] else None
+    known = {name: described[name] for name in ("taken", "begin", "packets")}
     return replace(receiver, tracks=tuple(tracks), last=last, **known)
 
 
-def _lengths(said: dict) -> Iterator[int]:
+def _lengths(described: dict) -> Iterator[int]:
     """Yield the lengths of the rows of samples that `_packed` joined, except the last row."""
-    for own in said["tracks"]:
+    for own in described["tracks"]:
         yield from (length for _, length in own["segments"])
         yield from own["fresh"]

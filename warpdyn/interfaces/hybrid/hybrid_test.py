@@ -287,8 +287,8 @@ class _Record:
         variables: dict[str, Any] = {}
         for name, (dim, units, text) in VARIABLES.items():
             values = self.values[name][:count]
-            said = {"units": units, "long_name": text}
-            variables[name] = ("time", values[:, 0], said) if dim is None else (("time", dim), values, said)
+            described = {"units": units, "long_name": text}
+            variables[name] = ("time", values[:, 0], described) if dim is None else (("time", dim), values, described)
         attributes = {
             **trace("warpdyn hybrid test", "HybridTest.run"),
             "method": METHOD,

@@ -144,8 +144,8 @@ class Control:
         for number, each in enumerate(self.actuators, 1):
             if controller.acts_on not in (None, each.kind):
                 raise ValueError(
-                    f"{name} returns {COMMANDS[controller.acts_on]}, but the command of actuator {number}, a "
-                    f"{type(each).__name__}, is {COMMANDS[each.kind]}: give another controller, or another actuator"
+                    f"{name} returns {COMMANDS[controller.acts_on]}, but the command of actuator {number} "
+                    f"({type(each).__name__}) is {COMMANDS[each.kind]}: give another controller, or another actuator"
                 )
         if self.regulator is None and self._reads("desired"):
             raise ValueError(

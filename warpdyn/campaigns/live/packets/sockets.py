@@ -29,9 +29,9 @@ def to_line(packet: Packet) -> bytes:
         b'{"acceleration": [0.1, 0.2], "start": 12.0}\\n'
     """
     check_kind("to_line", "a Packet", packet, Packet)
-    said = {"acceleration": np.asarray(packet.acceleration, dtype=np.float64).tolist()}
-    said |= {name: getattr(packet, name) for name in ("start", "step", "component")}
-    return (json.dumps({name: value for name, value in said.items() if value is not None}) + "\n").encode()
+    described = {"acceleration": np.asarray(packet.acceleration, dtype=np.float64).tolist()}
+    described |= {name: getattr(packet, name) for name in ("start", "step", "component")}
+    return (json.dumps({name: value for name, value in described.items() if value is not None}) + "\n").encode()
 
 
 def from_socket(host: str, port: int, timeout: float = 60.0) -> Iterator[Packet]:
@@ -73,8 +73,8 @@ def from_socket(host: str, port: int, timeout: float = 60.0) -> Iterator[Packet]
 def _packet_of(line: bytes) -> Packet:
     """Return the packet in a line of JSON."""
     try:
-        said = json.loads(line)
-        return Packet(**said)
+        described = json.loads(line)
+        return Packet(**described)
     except (ValueError, TypeError) as error:
         raise RefusedPacket(
             f"the line {line[:60]!r} is not a packet ({error}): send one line of JSON for each packet, such as "

@@ -131,12 +131,12 @@ class HingedFishbone(HingedStructure):
 
         Example:
             >>> springs = {"spring_start": 5e8, "spring_end": 5e8}  # N m/rad
-            >>> told = portal.description()
-            >>> for name in told["members"]:
-            ...     told["members"][name] |= springs
+            >>> arguments = portal.description()
+            >>> for name in arguments["members"]:
+            ...     arguments["members"][name] |= springs
             >>> steel = {"law": "bilinear", "yield_force": 3e5, "hardening_ratio": 0.003}
-            >>> hinges = {(name, end): steel for name in told["members"] for end in ("start", "end")}
-            >>> bone = wd.HingedFishbone.from_frame(wd.Frame(**told), hinges, p_delta=False)
+            >>> hinges = {(name, end): steel for name in arguments["members"] for end in ("start", "end")}
+            >>> bone = wd.HingedFishbone.from_frame(wd.Frame(**arguments), hinges, p_delta=False)
             >>> {str(spring.name): float(spring.parameters["yield_force"]) for spring in bone.springs[1:]}
             {'C1 start': 600000.0, 'C1 end': 600000.0, 'B1 start': 600000.0}
         """

@@ -33,7 +33,7 @@ def joined_hinges(frame: Frame, hinges: object) -> tuple[Frame, dict[End, dict[s
     given = _hinges_by_end(frame, hinges)
     levels, _ = levels_of(frame, WHO)
     bone = fishbone(frame)
-    told = bone.description()
+    arguments = bone.description()
     names, found = list(frame.members), dict[End, dict[str, Any]]()
     for place, level in enumerate(levels, start=1):
         columns = [(names[member], member) for member in level.columns]
@@ -49,14 +49,14 @@ def joined_hinges(frame: Frame, hinges: object) -> tuple[Frame, dict[End, dict[s
         joined = _joined_hinge(frame, given, beams, f"beams of floor {place}")
         if joined is not None:
             stiffness, found[f"B{place}", "start"] = joined
-            _put_in_series(told, f"B{place}", stiffness)
-    return Frame(**told), found
+            _put_in_series(arguments, f"B{place}", stiffness)
+    return Frame(**arguments), found
 
 
-def _put_in_series(told: dict[str, Any], beam: str, stiffness: float) -> None:
+def _put_in_series(arguments: dict[str, Any], beam: str, stiffness: float) -> None:
     """Give a half-beam an end spring [N m/rad] and so much more bending stiffness that both are as stiff as before."""
-    row, section = told["members"][beam], told["sections"][beam]
-    length = told["nodes"][row["end"]]["x"] - told["nodes"][row["start"]]["x"]
+    row, section = arguments["members"][beam], arguments["sections"][beam]
+    length = arguments["nodes"][row["end"]]["x"] - arguments["nodes"][row["start"]]["x"]
     total = 3 * section["elastic_modulus"] * section["second_moment"] / length
     if stiffness <= total:
         raise ValueError(
