@@ -12,7 +12,7 @@ pytestmark = pytest.mark.fast
 
 DRIFT = 0.02 * np.sin(np.linspace(0, 4 * np.pi, 41))
 LOOP = wd.MeasuredLoop(DRIFT, 1e7 * DRIFT)
-RESPONSE = wd.MeasuredResponse(np.sin(np.arange(40)), 0.02)
+RESPONSE = wd.MeasuredResponse(np.sin(np.arange(40)), 0.02, floors=[1])
 PRIORS = {"stiffness": wd.Lognormal(1e7, 0.3), "yield_force": wd.Lognormal(1e5, 0.3), "hardening_ratio": 0.05}
 BUILDING = wd.ShearBuilding([1e5, 1e5], 4e7, 3.0)
 WAVE = wd.GroundMotion(np.sin(np.arange(50) * 0.3), 0.02, name="wave")
@@ -47,7 +47,7 @@ WRONG = {
         "sensor is on floor 3, but the structure has 2 floors",
     ),
     "step of the sensors": (
-        lambda: calibrated(SCENE, wd.MeasuredResponse(np.zeros(9), 0.03), None),
+        lambda: calibrated(SCENE, wd.MeasuredResponse(np.zeros(9), 0.03, floors=[1]), None),
         "not a multiple of the step of the motion",
     ),
     "priors beside a scene": (lambda: calibrated(SCENE, RESPONSE), "remove priors="),

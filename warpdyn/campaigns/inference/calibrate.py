@@ -13,6 +13,7 @@ from warpdyn.campaigns.inference.likelihood import Likelihood
 from warpdyn.campaigns.inference.loops import LoopMisfit
 from warpdyn.campaigns.inference.measured import MeasuredLoop, MeasuredResponse
 from warpdyn.campaigns.inference.models import calibrated_scene, calibrated_storey
+from warpdyn.campaigns.inference.plausible import warn_of_implausible_measurement
 from warpdyn.campaigns.inference.posterior import NOISE, OFFSET, PARAMETERS, QUANTILES, flat_columns, summarised
 from warpdyn.campaigns.inference.priors import Prior, check_prior
 from warpdyn.campaigns.inference.responses import ResponseMisfit
@@ -23,7 +24,6 @@ from warpdyn.foundations.core.checks import check_kind, shortened, whole_number
 from warpdyn.foundations.core.interruption import interruptible
 from warpdyn.foundations.core.messages import warn_caller
 from warpdyn.foundations.core.near_misses import suggests_names
-from warpdyn.foundations.core.plausibility import PlausibilityFindings
 from warpdyn.foundations.files.netcdf import trace
 from warpdyn.model.scene.distributions.distribution import Distribution
 from warpdyn.model.scene.distributions.numerical import as_distribution
@@ -113,6 +113,7 @@ def calibrate(
         argument="measured",
     )
     misfit: LoopMisfit | ResponseMisfit
+    scene: Scene | None = None
     if isinstance(measured, MeasuredResponse):
         scene = calibrated_scene(model, priors)
         prior = Prior(scene.structure, scene.scatter, scene.correlation)
@@ -125,7 +126,7 @@ def calibrate(
     count = checked_candidates(candidates, likelihood.variables)
     random = np.random.default_rng(whole_number("seed", seed, 0))
     with interruptible():
-        _warn_of_implausible(prior, misfit, measured)
+        warn_of_implausible_measurement(measured, scene, prior, misfit)
         found = temper(likelihood, likelihood.variables, count, random)
     return _calibrated_dataset(found, likelihood, measured, seed)
 
@@ -204,26 +205,6 @@ def checked_candidates(candidates: int, variables: int) -> int:
             f"are drawn: give candidates={least} or more"
         )
     return count
-
-
-def _warn_of_implausible(
-    prior: Prior, misfit: LoopMisfit | ResponseMisfit, measured: MeasuredLoop | MeasuredResponse
-) -> None:
-    """Warn of measurements in other units: implausible drifts, or peaks far from those of the median candidate."""
-    findings = PlausibilityFindings()
-    values = measured.force if isinstance(measured, MeasuredLoop) else measured.values
-    if isinstance(measured, MeasuredLoop):
-        findings.add("measured_drift", float(np.abs(measured.drift).max()))
-        quantity = "measured_force"
-    else:
-        quantity = f"measured_{measured.quantity}"
-    middle = prior.values(np.zeros((1, prior.variables)))
-    if prior.allowed(middle)[0]:
-        computed = float(misfit(middle)[2][0])
-        peak = float(np.abs(values[measured.first :]).max())
-        if np.isfinite(computed) and computed > 0 and peak > 0:
-            findings.add(quantity, peak / computed)
-    findings.warn()
 
 
 def _calibrated_dataset(

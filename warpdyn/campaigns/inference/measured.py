@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -122,7 +122,7 @@ class MeasuredResponse(FrozenArrays):
         quantity: "acceleration" (absolute, as accelerometers measure it), "velocity" or "displacement" (relative to the
             base), or "storey_force".
         floors: Floor of each sensor, counted from 1 (degrees of freedom of a LumpedStructure; storeys for
-            "storey_force"); None: sensor i is on floor i.
+            "storey_force"); None: sensor i is on floor i, with a sensor on every floor.
         first: Index of the first time that counts.
 
     Raises:
@@ -140,6 +140,7 @@ class MeasuredResponse(FrozenArrays):
     quantity: str = "acceleration"
     floors: Sequence[int] | None = None
     first: int = 0
+    is_on_all_floors: bool = field(default=False, init=False, repr=False)
 
     def __post_init__(self) -> None:
         one_of("quantity", self.quantity, QUANTITIES)
@@ -151,6 +152,7 @@ class MeasuredResponse(FrozenArrays):
                 f"got shape {np.shape(self.values)}"
             )
         sensors = values.shape[1]
+        object.__setattr__(self, "is_on_all_floors", self.floors is None)
         floors = range(1, sensors + 1) if self.floors is None else self.floors
         if not isinstance(floors, list | tuple | range | np.ndarray):
             raise TypeError(f"floors must be a list of floors, such as [1, 3], got {floors!r}")

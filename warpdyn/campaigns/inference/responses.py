@@ -129,6 +129,13 @@ def check_response(function: str, scene: Scene, measured: MeasuredResponse) -> N
             "wd.Scene(building, motion, scatter)"
         )
     what = "storey" if measured.quantity == "storey_force" else "floor"
+    if measured.is_on_all_floors and measured.channels < structure.dofs:
+        example = list(range(structure.dofs, structure.dofs - measured.channels, -1))[::-1]
+        raise ValueError(
+            f"MeasuredResponse: the measurement has {measured.channels} column{'s' * (measured.channels > 1)}, but the "
+            f"structure has {structure.dofs} {what}s: give floors=, the {what} of each column from 1, such as "
+            f"floors={example} for the top"
+        )
     for floor in measured.floors or ():
         if floor > structure.dofs:
             raise ValueError(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 import numpy as np
@@ -125,6 +126,7 @@ class Live:
         for group in self.paused.groups:  # compiled now, so that the first packet does not wait
             load_kernel(group.plan, self.paused.device)
         self.is_finished = False
+        self._seconds_integrating = 0.0  # of all packets
 
     @property
     def time(self) -> float:
@@ -219,8 +221,9 @@ class Live:
         """End the motion, integrate the free vibration after it, and return the run as a dataset.
 
         Returns:
-            The dataset that `simulate` returns for the whole record, with the same bits. Samples that failed are run
-            again with shorter steps, from the start of the record.
+            The dataset that `simulate` returns for the whole record, with the same bits; its `seconds_integrating` are
+            those of all packets pushed to this Live and of the end. Samples that failed are run again with shorter
+            steps, from the start of the record.
 
         Raises:
             ValueError: If fewer than two samples have arrived, or the motion is finished.
@@ -237,6 +240,7 @@ class Live:
         scene = scene_of_record(self.scene, values)
         given = scene, self.structures, self.integration, self.execution, self.seed
         run = finished(*given, self.paused, values[self.paused.intervals :])
+        run.attrs["seconds_integrating"] = float(run.attrs["seconds_integrating"]) + self._seconds_integrating
         self.is_finished = True
         return run
 
@@ -244,7 +248,9 @@ class Live:
         """Integrate the samples that a receiver adds, keep the receiver, and return the answer."""
         values, receiver = self.arriving.new_samples(receiver)
         if len(values):
+            began = time.perf_counter()
             self.paused.advance(np.concatenate([self.record[-1:], values]))
+            self._seconds_integrating += time.perf_counter() - began
         self.arriving.keep(values, receiver)
         return self.answer() if len(self.record) else xr.Dataset(attrs=self.arriving.report(self.time))
 

@@ -138,7 +138,7 @@ def lqr(
         parameters: As in `state_space`.
 
     Raises:
-        ValueError: If a weight has a wrong shape, or R is not positive definite.
+        ValueError: If a weight has a wrong shape, R is not positive definite, or Q is not positive semidefinite.
 
     Example:
         >>> regulator = wd.control.lqr(building, [wd.control.Actuator(1)], force_weight=1e-8)
@@ -238,14 +238,16 @@ def _weights(
         raise ValueError("a regulator needs an actuator: give actuators=[wd.control.Actuator(1)]")
     if state_weight is None:
         state_weight = ENERGY if acceleration_weight is None else np.zeros((states, states))
-    if isinstance(state_weight, str):
+    is_energy = isinstance(state_weight, str)
+    if is_energy:
         one_of("state_weight", state_weight, (ENERGY,))
         state_weight = block_diag(system.stiffness, system.mass) / 2
     of_states = finite_numbers("state_weight", state_weight)
     if of_states.shape != (states, states):
         raise ValueError(f"state_weight must have shape {(states, states)}, got {of_states.shape}")
     _check_symmetric("state_weight", of_states)
-    _check_semidefinite(of_states)
+    if not is_energy:
+        _check_semidefinite(of_states)
     of_forces = finite_numbers("force_weight", force_weight)
     of_forces = of_forces * np.eye(forces) if of_forces.ndim == 0 else of_forces
     if of_forces.shape != (forces, forces):

@@ -21,9 +21,10 @@ from warpdyn.campaigns.inference.filters.filtering import (
 from warpdyn.campaigns.inference.filters.states import StructureStates
 from warpdyn.campaigns.inference.filters.unknowns import Unknowns
 from warpdyn.campaigns.inference.measured import MeasuredResponse
+from warpdyn.campaigns.inference.plausible import warn_of_implausible_measurement
 from warpdyn.campaigns.inference.posterior import OFFSET, PARAMETERS, QUANTILES
 from warpdyn.campaigns.inference.priors import Prior, check_prior
-from warpdyn.campaigns.inference.responses import check_response
+from warpdyn.campaigns.inference.responses import ResponseMisfit, check_response
 from warpdyn.campaigns.integration.settings import Execution
 from warpdyn.foundations.core.checks import check_kind, one_of, real_number, whole_number
 from warpdyn.foundations.core.interruption import interruptible
@@ -158,6 +159,8 @@ def assimilate(
     count = _checked_members(members, method, unknowns.variables + 2 * scene.structure.dofs)
     random = np.random.default_rng(whole_number("seed", seed, 0))
     with interruptible():
+        misfit = None if prior is None else ResponseMisfit(scene, prior, measured, where, None)
+        warn_of_implausible_measurement(measured, scene, prior, misfit)
         if is_exact:
             found, normals, weights = DataTempering(
                 scene, unknowns, measured, settings.noise, where, count, random
