@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 import numpy as np
@@ -121,7 +122,7 @@ class Live:
         guard(ensemble, vibration, integration.on_unstable, findings)
         self._answers = Answers(run.model, self.structures, limits, quantiles)
         self.paused = PausedEnsemble(ensemble)
-        self.is_finished = False
+        self.is_finished, self._seconds = False, 0.0  # time spent integrating [s]
 
     @property
     def time(self) -> float:
@@ -229,13 +230,15 @@ class Live:
         given = scene, self.structures, self.integration, self.execution, self.seed
         run = finished(*given, self.paused, values[self.paused.intervals :])
         self.is_finished = True
-        return run
+        return run.assign_attrs(seconds_integrating=run.attrs["seconds_integrating"] + self._seconds)
 
     def _integrate(self, receiver: Receiver) -> xr.Dataset:
         """Integrate the samples that a receiver adds, keep the receiver, and return the answer."""
         values, receiver = self.arriving.new_samples(receiver)
+        began = time.perf_counter()
         if len(values):
             self.paused.advance(np.concatenate([self.record[-1:], values]))
+        self._seconds += time.perf_counter() - began
         self.arriving.keep(values, receiver)
         return self.answer() if len(self.record) else xr.Dataset(attrs=self.arriving.report(self.time))
 
