@@ -223,6 +223,16 @@ def test_a_state_of_another_processor_or_kernel_is_refused(tmp_path, monkeypatch
         wd.load_state(live(), path)
     with pytest.raises(ValueError, match="does not contain the state of a Live"):
         wd.load_state(live(), wd.write(xr.Dataset(), tmp_path / "other.nc"))
+    (tmp_path / "text.nc").write_text("no state")
+    with pytest.raises(ValueError, match=r"text.nc is not a netCDF file .*wd\.save_state"):
+        wd.load_state(live(), tmp_path / "text.nc")
+    monkeypatch.undo()
+    used = live()
+    used.push(MOTION.acceleration[:2])
+    with pytest.raises(ValueError, match="has already received packets, which would be lost: give a new Live"):
+        wd.load_state(used, path)
+    assert used.time == STEP
+    assert used.finish().attrs["seconds_integrating"] > used._seconds > 0
 
 
 def test_states_can_be_copied_exchanged_and_resampled(run):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import datetime
 import socket
 import threading
 from collections import Counter
@@ -97,7 +98,9 @@ def test_a_slow_clock_drift_is_measured_and_a_wrong_step_is_refused():
     [
         (Packet([0.1, np.nan]), r"acceleration\[1, 0\] is nan \(1 of 2 values are not finite\)"),
         (Packet(np.ma.array([0.1, 0.2], mask=[0, 1])), "masked.*stream.split"),
-        (Packet([]), r"has the shape \(0,\)"),
+        (Packet([]), r"it is empty \(acceleration=\[\]\): leave it out"),
+        (Packet(None), "it is empty"),
+        (Packet([0.1], start=1e5 + 6), r"it starts 100000 s after the next expected sample"),
         (Packet([[0.1, 0.2]]), r"the motion has 1 component: give values of shape \[time\]"),
         (Packet(["a"]), "must be numbers"),
         (Packet([981.0]), r"its peak is 981 m/s2 \(100 g\).*cm/s2"),
@@ -112,6 +115,20 @@ def test_an_unusable_packet_is_refused(packet, message):
     _, before = received([part(0, 100)])
     with pytest.raises(Refused, match=message):
         before.accept(packet)
+
+
+@pytest.mark.parametrize("start", ["2026-01-01T00:00:00+00:00", np.datetime64("2026-01-01"), datetime.datetime.now()])
+def test_a_date_as_start_is_refused_with_the_way_to_seconds(start):
+    with pytest.raises(TypeError, match=r"must be a number of seconds, such as POSIX time.*timestamp\(\)"):
+        Packet([0.1], start)
+    assert (np.datetime64("1970-01-02") - np.datetime64(0, "s")) / np.timedelta64(1, "s") == 86400
+
+
+def test_a_server_that_does_not_answer_is_named():
+    with socket.create_server(("localhost", 0)) as server:
+        port = server.getsockname()[1]
+    with pytest.raises(ConnectionRefusedError, match=f"cannot connect to localhost:{port} .*start the server first"):
+        next(wd.packets.from_socket("localhost", port))
 
 
 def test_components_that_arrive_separately_are_joined_from_their_common_start():

@@ -100,7 +100,7 @@ def load_state(live: Live, path: str | os.PathLike) -> Live:
 
     Raises:
         ValueError: If the file contains no state, or the state of another scene, other arguments, other versions or
-            another kind of processor. The Live is then unchanged.
+            another kind of processor, or the Live has received packets. The Live is then unchanged.
         OSError: If the file cannot be read.
         TypeError: If `live` is not a Live.
 
@@ -111,7 +111,12 @@ def load_state(live: Live, path: str | os.PathLike) -> Live:
         0.0
     """
     check_kind("load_state", "a Live", live, Live)
-    with netCDF4.Dataset(os.fspath(path)) as file:
+    if live.paused.is_whole and live.arriving.receiver.packets:
+        raise ValueError(
+            "load_state: this Live has already received packets, which would be lost: give a new Live with the same "
+            "arguments"
+        )
+    with _opened(path) as file:
         file.set_auto_mask(False)
         found = {name: file.getncattr(name) for name in file.ncattrs()}
         if found.get("kind") != KIND:
@@ -134,6 +139,16 @@ def load_state(live: Live, path: str | os.PathLike) -> Live:
         _unpacked(live.arriving.receiver, described, arrived), np.asarray(record), described["counted"]
     )
     return live
+
+
+def _opened(path: str | os.PathLike) -> netCDF4.Dataset:
+    """Return an open netCDF file; raise a ValueError if it is another kind of file."""
+    try:
+        return netCDF4.Dataset(os.fspath(path))
+    except OSError as error:
+        if error.errno is None or error.errno > 0:  # errors of netCDF are negative
+            raise
+        raise ValueError(f"{path} is not a netCDF file ({error.strerror}): give a file of wd.save_state") from error
 
 
 def _identity(live: Live) -> dict[str, str]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import datetime
 from dataclasses import dataclass
 
 import numpy as np
@@ -41,6 +42,12 @@ class Packet:
     component: int | None = None
 
     def __post_init__(self) -> None:
+        if isinstance(self.start, str | datetime.date) or getattr(self.start, "dtype", np.dtype(float)).kind == "M":
+            raise TypeError(
+                f"Packet.start must be a number of seconds, such as POSIX time, got {self.start!r}: for text with a "
+                "time zone give datetime.fromisoformat(text).timestamp(), for a datetime64 in UTC give "
+                "(start - np.datetime64(0, 's')) / np.timedelta64(1, 's')"
+            )
         if self.start is not None:
             real_number("Packet.start [s]", self.start)
         if self.step is not None:
@@ -71,6 +78,10 @@ def checked_values(packet: Packet, components: int, factor: float, step: float) 
         values = factor * values.astype(np.float64)
     except (TypeError, ValueError) as error:
         raise RefusedPacket(f"packet: the acceleration must be numbers [m/s2]: {error}") from error
+    if given is None or not values.size:
+        raise RefusedPacket(
+            f"packet: it is empty (acceleration={given!r}): leave it out, and push packets with at least one sample"
+        )
     wanted = 1 if packet.component is not None else components
     if values.ndim == 1 and wanted == 1:
         values = values[:, None]

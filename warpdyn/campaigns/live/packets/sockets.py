@@ -63,11 +63,20 @@ def from_socket(host: str, port: int, timeout: float = 60.0) -> Iterator[Packet]
         [12.0]
     """
     timeout = real_number("timeout [s]", timeout, above=0)
-    with socket.create_connection((host, port), timeout=timeout) as connection, connection.makefile("rb") as file:
+    with _connected(host, port, timeout) as connection, connection.makefile("rb") as file:
         while line := file.readline(LONGEST_LINE + 1):
             if len(line) > LONGEST_LINE:
                 raise RefusedPacket(f"a line has more than {LONGEST_LINE} bytes: send packets with fewer samples")
             yield _packet_of(line)
+
+
+def _connected(host: str, port: int, timeout: float) -> socket.socket:
+    """Return a connection to a server; raise the OSError with its host and port if it cannot be reached."""
+    try:
+        return socket.create_connection((host, port), timeout=timeout)
+    except OSError as error:
+        told = f"cannot connect to {host}:{port} ({error}): start the server first, or correct the host and the port"
+        raise (OSError(error.errno, told) if error.errno else type(error)(told)) from error
 
 
 def _packet_of(line: bytes) -> Packet:

@@ -14,6 +14,7 @@ SECONDS_REMEMBERED = 60.0  # accepted samples that are kept to recognise repeate
 # step; a larger difference is neither the next sample nor a whole gap.
 TIME_TOLERANCE = 0.25
 MOST_DRIFT = 0.01  # relative difference of clock and sampling rate at which the step must be wrong
+FARTHEST = 600.0  # longest gap before a packet [s]: strong motions are shorter, so that its time stamp must be wrong
 SAMPLES_OF_DRIFT = 1.0  # least difference [step] that counts as such a drift
 
 
@@ -79,8 +80,8 @@ class Track:
             start: Time stamp of the first sample [s]; None: the packet follows the latest sample, also after a gap.
 
         Raises:
-            RefusedPacket: If the packet contradicts earlier ones, goes back in time, starts between two samples, or
-                ends more than `patience` after a gap that is too long to be filled.
+            RefusedPacket: If the packet contradicts earlier ones, goes back in time, starts between two samples or
+                far ahead, or ends more than `patience` after a gap that is too long to be filled.
         """
         if self.begin is None:
             start = 0.0 if start is None else start
@@ -95,6 +96,12 @@ class Track:
             return moved._append(values)._join()
         if shift < 0:
             return self._overlapping(segment)._join()
+        if shift * self.step > max(FARTHEST, self.longest_gap + self.patience):
+            raise RefusedPacket(
+                f"packet: it starts {shift * self.step:.6g} s after the next expected sample (time stamps {start:.6f} "
+                f"s and {self.expected:.6f} s), which is longer than a strong motion: its start may be in another "
+                "unit than seconds. Correct start=; if the station was silent, call live.finish() and make a new Live"
+            )
         return self._later(segment)._join()._without_gap()
 
     def bridge(self) -> Track:
