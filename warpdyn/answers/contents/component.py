@@ -9,11 +9,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.special import ndtr
 
+from warpdyn.campaigns.reductions.limits import DRIFT
 from warpdyn.foundations.core.checks import finite_numbers, one_of, real_number, shortened
 from warpdyn.foundations.core.messages import warn_caller
 from warpdyn.foundations.core.near_misses import with_suggestions
 
-DRIFT, ACCELERATION = "peak_storey_drift_ratio", "peak_floor_acceleration"
+ACCELERATION = "peak_floor_acceleration"
 SPECTRUM = "peak_floor_spectral_acceleration"
 DEMANDS = (DRIFT, ACCELERATION, SPECTRUM, "residual_drift_ratio")
 PLACES = ABOVE, BELOW = "floor_above", "floor_below"

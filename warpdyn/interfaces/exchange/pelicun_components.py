@@ -9,7 +9,8 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 import pandas as pd
 
-from warpdyn.answers.contents.component import ABOVE, ACCELERATION, BELOW, DRIFT, Component, RepairCost
+from warpdyn.answers.contents.component import ABOVE, ACCELERATION, BELOW, Component, RepairCost
+from warpdyn.campaigns.reductions.limits import DRIFT
 from warpdyn.foundations.core.checks import shortened
 from warpdyn.foundations.core.near_misses import did_you_mean, suggests_names
 from warpdyn.foundations.core.units import STANDARD_GRAVITY
