@@ -157,7 +157,6 @@ def in_turn(table, turn):
 # Laws of few values are combined with all there is.
 FEW = [name for name, spring in SPRINGS.items() if spring.memory <= 1]
 MANY = [name for name in SPRINGS if name not in FEW]
-# Floor spectra need settings of the scene; they have tests of their own.
 RECORDERS = {
     family: {name: variables for name, variables in rows.items() if name != "floor_spectra"}
     for family, rows in output_table.RECORDERS.items()

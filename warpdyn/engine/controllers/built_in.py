@@ -41,7 +41,7 @@ class OnOffSkyhook(Controller):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        _check_order(self.low, self.high)
+        _check_bounds_in_order(self.low, self.high)
 
     def command(measured: Any, memory: Any, c: Any) -> Any:
         absolute = measured.upper_velocity + measured.ground_velocity
@@ -67,7 +67,7 @@ class ContinuousSkyhook(Controller):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        _check_order(self.low, self.high)
+        _check_bounds_in_order(self.low, self.high)
 
     def command(measured: Any, memory: Any, c: Any) -> Any:
         absolute = measured.upper_velocity + measured.ground_velocity
@@ -110,7 +110,7 @@ class ConstantCommand(Controller):
         return c.value
 
 
-def _check_order(low: float, high: float) -> None:
+def _check_bounds_in_order(low: float, high: float) -> None:
     """Raise a ValueError if the low coefficient of a semi-active damper is above the high one."""
     if low > high:
         raise ValueError(f"low={low:g} N s/m is above high={high:g} N s/m: exchange them")
