@@ -10,7 +10,6 @@ from warpdyn.foundations.core.plausibility import PlausibilityFindings
 from warpdyn.foundations.core.units import STANDARD_GRAVITY
 from warpdyn.model.structures.builders.flexural_shear_building import FlexuralShearBuilding
 from warpdyn.model.structures.builders.torsional_building import TorsionalBuilding
-from warpdyn.model.structures.frames.reduced_frame import ReducedFrame
 from warpdyn.model.structures.lumped.matrices import undamped
 from warpdyn.model.structures.lumped.structure import LumpedStructure
 
@@ -45,8 +44,9 @@ def add_lumped(
         found = quantity.tolist()
         findings.add_each(check, found, lambda place: f" of spring {names[place]!r}{where}")
 
-    if isinstance(structure, ReducedFrame) and structure.drift_capacity is not None:
-        findings.add("collapse_drift_ratio", structure.drift_capacity, f" (drift_capacity){where}")
+    capacity = getattr(structure, "drift_capacity", None)  # of frames, which runs of other structures do not import
+    if capacity is not None:
+        findings.add("collapse_drift_ratio", capacity, f" (drift_capacity){where}")
         values = {name: each for name, each in values.items() if name != "deformation_capacity"}  # follows from it
     for name, check in OF_SPRINGS.items():
         if name in values:

@@ -159,7 +159,10 @@ def assimilate(
     count = _checked_members(members, method, unknowns.variables + 2 * scene.structure.dofs)
     random = np.random.default_rng(whole_number("seed", seed, 0))
     with interruptible():
-        misfit = None if prior is None else ResponseMisfit(scene, prior, measured, where, None)
+        starts_at_rest = not (settings.initial_displacement or settings.initial_velocity)
+        misfit = None
+        if prior is not None and starts_at_rest:  # otherwise the free vibration may be larger than that of the motion
+            misfit = ResponseMisfit(scene, prior, measured, where, None)
         warn_of_implausible_measurement(measured, scene, prior, misfit)
         if is_exact:
             found, normals, weights = DataTempering(
