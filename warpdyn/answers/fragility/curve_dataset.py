@@ -60,7 +60,7 @@ def dataset_of_curves(
         confidence: Probability that the intervals cover the true value [1].
         replicates: Number of draws from the sampling distribution of medians and dispersions.
         seed: Seed of the draws.
-        added: What a warning advises to add to the run: "levels" or "motions".
+        added: Words for the addition that a warning advises, "levels" or "motions".
 
     Returns:
         The dataset; the outcomes, which also mark medians that the data do not determine; sentences for a warning.

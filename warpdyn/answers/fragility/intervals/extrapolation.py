@@ -111,7 +111,7 @@ def sentences(
         fitted: All fitted medians, shape [damage_state].
         lowest, highest: Lowest and highest intensity that were run: one value for all states, or shape [damage_state].
         units: Units of the intensities.
-        added: What the advice is to add: "levels" or "motions".
+        added: Words for the advised addition, "levels" or "motions".
     """
     lowest, highest = (np.broadcast_to(np.asarray(end, dtype=float), fitted.shape) for end in (lowest, highest))
     found = []
