@@ -98,7 +98,7 @@ def test_a_slow_clock_drift_is_measured_and_a_wrong_step_is_refused():
     [
         (Packet([0.1, np.nan]), r"acceleration\[1, 0\] is nan \(1 of 2 values are not finite\)"),
         (Packet(np.ma.array([0.1, 0.2], mask=[0, 1])), "masked.*stream.split"),
-        (Packet([]), r"it is empty \(acceleration=\[\]\): leave it out"),
+        (Packet([]), r"it is empty \(acceleration=\[\]\): push packets"),
         (Packet(None), "it is empty"),
         (Packet([0.1], start=1e5 + 6), r"it starts 100000 s after the next expected sample"),
         (Packet([[0.1, 0.2]]), r"the motion has 1 component: give values of shape \[time\]"),

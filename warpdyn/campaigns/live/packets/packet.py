@@ -79,9 +79,7 @@ def checked_values(packet: Packet, components: int, factor: float, step: float) 
     except (TypeError, ValueError) as error:
         raise RefusedPacket(f"packet: the acceleration must be numbers [m/s2]: {error}") from error
     if given is None or not values.size:
-        raise RefusedPacket(
-            f"packet: it is empty (acceleration={given!r}): leave it out, and push packets with at least one sample"
-        )
+        raise RefusedPacket(f"packet: it is empty (acceleration={given!r}): push packets with at least one sample")
     wanted = 1 if packet.component is not None else components
     if values.ndim == 1 and wanted == 1:
         values = values[:, None]
