@@ -23,7 +23,7 @@ gc.set_threshold(50_000, 20, 50)
 sys.path[:0] = [str(DOCS), str(DOCS.parent / "tests")]
 
 # Sphinx imports objects by the names that users write, such as `warpdyn.laws`; the packages are inside of layers.
-for public in ("inventories", "kernels", "laws", "plots", "records", "sites"):
+for public in ("control", "hybrid", "inventories", "kernels", "laws", "packets", "plots", "records", "sites"):
     sys.modules[f"warpdyn.{public}"] = getattr(wd, public)
 
 project = "warpdyn"

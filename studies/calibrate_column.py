@@ -13,7 +13,6 @@ The study writes calibrate_column.nc and one figure.
 from __future__ import annotations
 
 import time
-from pathlib import Path
 
 import numpy as np
 import xarray as xr
@@ -23,7 +22,6 @@ from parts.command_line import file_in, read_arguments, save_figures
 import warpdyn as wd
 from warpdyn.foundations.files import netcdf
 
-DATA = Path(__file__).parents[1] / "tests" / "data" / "column_soesianawati.csv"
 NOISE = wd.Lognormal(1.5e4, 0.5)  # N
 YIELDING = {
     "stiffness": wd.Lognormal(1.2e7, 0.5),  # N/m
@@ -41,12 +39,6 @@ DEGRADING = SMOOTH | {
 PRIORS = {"bilinear": YIELDING, "bouc_wen": SMOOTH, "baber_noori": DEGRADING}
 NAMES = {"bilinear": "bilinear", "bouc_wen": "Bouc-Wen", "baber_noori": "Baber-Noori"}
 SHOWN = ("bouc_wen", "baber_noori")
-
-
-def measured_loop() -> wd.MeasuredLoop:
-    """Return the loop of the column; the first point, at rest, does not count."""
-    displacement, force = np.loadtxt(DATA, delimiter=",", skiprows=3).T
-    return wd.MeasuredLoop(displacement, 1e3 * force, first=1)
 
 
 def posterior_loops(law: str, posterior: xr.Dataset, drift: np.ndarray, count: int) -> np.ndarray:
@@ -80,7 +72,7 @@ def main() -> None:
     """Run the study from the command line."""
     arguments = read_arguments(__doc__, 1000, meaning="candidates of each law", counted="candidates")
     target = file_in(arguments.out, "calibrate_column.nc")
-    loop, posteriors = measured_loop(), {}
+    loop, posteriors = wd.MeasuredLoop.example(), {}
     for law, priors in PRIORS.items():
         started = time.perf_counter()
         execution = wd.Execution(device=arguments.device)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -11,7 +10,6 @@ from scipy import stats
 
 import warpdyn as wd
 
-DATA = Path(__file__).parent / "data"
 # Standard errors by which an estimate may differ: a correct one exceeds them once in 16,000 draws.
 ERRORS = 4.0
 
@@ -235,8 +233,7 @@ def test_response_of_an_oscillator_has_the_posterior_of_quadrature():
 @pytest.mark.thorough
 def test_column_has_the_posterior_of_long_markov_chains():
     # Four chains of 20,000 steps of an adaptive Metropolis sampler, and importance sampling of the evidence.
-    table = np.loadtxt(DATA / "column_soesianawati.csv", delimiter=",", skiprows=3)
-    loop = wd.MeasuredLoop(table[:, 0], 1e3 * table[:, 1], first=1)
+    loop = wd.MeasuredLoop.example()
     priors = {
         "stiffness": wd.Lognormal(1.2e7, 0.5),
         "yield_force": wd.Lognormal(1.6e5, 0.3),
