@@ -127,7 +127,7 @@ def test_one_sample_tells_no_error_and_none_no_probability(stock):
     assert one["loss_standard_deviation"].isna().all()
     assert set(one.filter(like="probability").to_numpy().ravel()) <= {0.0, 1.0}
     counted["damage_count_by_building"][3] = 0
-    counted["failed_count_by_building"][3] = [1, 0, 0]
+    counted["failed_count_by_building"][3] = [1, 0, 0, 0]
     none = wd.building_results(counted, stock, INVENTORY, OF_CITY).set_index("building").loc[3]
     assert (none["sample_count"], none["failed_count"]) == (0, 1)
     assert none[["probability_none", "expected_loss_ratio", "expected_loss"]].isna().all()

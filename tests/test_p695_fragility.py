@@ -45,8 +45,8 @@ def test_samples_are_flat_and_traceable(result: xr.Dataset) -> None:
 
 
 def test_status_is_a_flag_variable_without_failures(result: xr.Dataset) -> None:
-    assert result["status"].attrs["flag_meanings"] == "ok collapsed diverged unstable_step not_converged"
-    assert np.array_equal(result["status"].attrs["flag_values"], [0, 1, 2, 3, 4])
+    assert result["status"].attrs["flag_meanings"] == "ok collapsed diverged unstable_step not_converged control_failed"
+    assert np.array_equal(result["status"].attrs["flag_values"], [0, 1, 2, 3, 4, 5])
     assert result["status"].max() <= 1
     assert np.isfinite(result["peak_storey_drift_ratio"]).all()
 

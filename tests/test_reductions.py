@@ -25,7 +25,7 @@ import warpdyn as wd
 
 pytestmark = MARKS
 DRIFT = "peak_storey_drift_ratio"
-FAILURES = ("diverged", "unstable_step", "not_converged")
+FAILURES = ("diverged", "unstable_step", "not_converged", "control_failed")
 
 
 @pytest.fixture(scope="module")
@@ -66,7 +66,7 @@ def check_counts(counts, run, over, labels=None, each_place=False):
             worst = np.fmax.reduce(drift[rows], axis=1, initial=-np.inf)
             expected += np.bincount(states_of(worst, status[rows], limits[name]), minlength=expected.size)
         np.testing.assert_array_equal(got[f"damage_count{suffix}"], expected)
-        failed = [np.count_nonzero(status == 2 + place) for place in range(3)]
+        failed = [np.count_nonzero(status == 2 + place) for place in range(len(FAILURES))]
         np.testing.assert_array_equal(got[f"failed_count{suffix}"], failed)
         if each_place:
             for storey, row in enumerate(
@@ -147,7 +147,7 @@ def test_failed_samples_are_counted_by_their_status(design, monkeypatch):
     with pytest.warns(UserWarning, match=rf"{failed} of {run.sizes['sample']} samples .* failed \({failed} diverged\)"):
         counts = simulate(scene, statistics=statistic)
     check_counts(counts, run, over)
-    assert counts["failed_samples"].values.tolist() == [failed, 0, 0]
+    assert counts["failed_samples"].values.tolist() == [failed, 0, 0, 0]
     told, how = wd.summary(counts).splitlines()[:2]
     assert told.endswith(f"failed samples: {failed} diverged")
     steps = run["integration_step"].values

@@ -167,8 +167,8 @@ def test_dataset_keeps_its_contract():
     check_labels(run)
     assert run["sample"].attrs["standard_name"] == "realization"
     assert run["status"].attrs["flag_values"].dtype == run["status"].dtype == np.int8
-    assert run["status"].attrs["flag_values"].tolist() == [0, 1, 2, 3, 4]
-    assert run["status"].attrs["flag_meanings"] == "ok collapsed diverged unstable_step not_converged"
+    assert run["status"].attrs["flag_values"].tolist() == [0, 1, 2, 3, 4, 5]
+    assert run["status"].attrs["flag_meanings"] == "ok collapsed diverged unstable_step not_converged control_failed"
     assert {"Conventions", "title", "history", "source", "scene", "step", "device", "kernel"} <= set(run.attrs)
     assert (run.attrs["seed"], run.attrs["method"], run.attrs["dtype"]) == (5, "rk4", "float32")
     # The inputs drawn stand under their names, as the samples had them.
