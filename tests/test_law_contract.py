@@ -34,7 +34,7 @@ from warpdyn import laws
 from warpdyn.campaigns.running.certification.certify import certificate
 from warpdyn.campaigns.running.certification.checks import Checks, path_checks
 from warpdyn.campaigns.running.certification.paths import STEPS
-from warpdyn.campaigns.running.pushover import LONGEST_STEP
+from warpdyn.campaigns.running.pushing.loops import LONGEST_STEP
 from warpdyn.engine.laws import LAWS
 from warpdyn.engine.laws.springs import spring_row
 

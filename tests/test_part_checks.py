@@ -359,7 +359,8 @@ def plans():
 
 
 def test_all_parts_pass():
-    parts, passed = registry.all_parts(), set()
+    # Without users' recorders, which other tests of this process define.
+    parts, passed = tuple(part for part in registry.all_parts() if inspect.ismodule(part)), set()
     for plan in plans():
         for is_gpu in (False, True):
             is_long = is_gpu and plan.family == "chain" and not plan.undivided
