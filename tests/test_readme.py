@@ -38,6 +38,8 @@ PAGES = (
     "docs/getting_started.md",
     "docs/how_to/answers.md",
     "docs/how_to/command_line.md",
+    "docs/how_to/control.md",
+    "docs/how_to/live.md",
     "docs/how_to/loads_and_designs.md",
     "docs/how_to/built_structures.md",
     "docs/how_to/portfolios_and_files.md",
@@ -144,7 +146,7 @@ def test_every_warning_of_a_run_is_told() -> None:
         "`unreliable`",
         "energy balance",
     )
-    assert source.count("messages.append(") + source.count("messages += [") == 11  # the page explains each
+    assert source.count("messages.append(") + source.count("messages += [") == 12  # the page explains each
     assert all(word in source and word in page for word in words)
 
 

@@ -24,8 +24,8 @@ class RockingBlock:
 
     With the size R = sqrt(b^2 + h^2) and the angle alpha = atan(b / h), the rotation theta about a corner follows
     theta'' = -p^2 (sin(s alpha - theta) + (a / g) cos(s alpha - theta)), with s = sign(theta), p = sqrt(3 g / (4 R))
-    and the horizontal base acceleration a. The block starts to rock if |a| > g tan(alpha). At each impact the angular
-    velocity is multiplied by the coefficient of restitution.
+    and the horizontal base acceleration a. The block starts to rock if abs(a) > g tan(alpha). At each impact the
+    angular velocity is multiplied by the coefficient of restitution.
 
     Args:
         half_width: Half of the width b [m], in the direction of the motion.
@@ -98,7 +98,7 @@ class SlidingBlock:
     """A rigid block that slides on its base with Coulomb friction, without rocking (Newmark 1965).
 
     The velocity v relative to the base follows v' = -a - mu g sign(v) while the block slides; it starts to slide if
-    |a| > mu g.
+    abs(a) > mu g.
 
     Args:
         friction: Friction coefficient mu [1].

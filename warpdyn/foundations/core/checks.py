@@ -51,7 +51,8 @@ def check_dataset(function: str, dataset: Any, *names: str, advice: str, argumen
     """
     if isinstance(dataset, str | os.PathLike):
         advice = f"open the file first: xarray.open_dataset({os.fspath(dataset)!r})"
-        raise TypeError(f"{function}() takes a Dataset, got the path of a file; {advice}")
+        named = "" if argument == "dataset" else f" as {argument}"
+        raise TypeError(f"{function}() takes a Dataset, got the path of a file{named}; {advice}")
     check_kind(function, "a Dataset", dataset, xr.Dataset, advice, argument=argument)
     missing = [name for name in names if name not in dataset and name not in dataset.attrs]
     if missing:

@@ -213,7 +213,7 @@ class MRDamper(_Attached):
     The force that resists the drift x is c1 y' + k1 (x - x0), with
 
         y' = (alpha z + c0 x' + k0 (x - y)) / (c0 + c1)
-        z' = -gamma |x' - y'| z |z| - beta (x' - y') z^2 + A (x' - y')
+        z' = -gamma abs(x' - y') z abs(z) - beta (x' - y') z^2 + A (x' - y')
 
     alpha, c0 and c1 are linear in the filtered voltage u, with u' = eta (v - u). The exponent n of the model is 2. The
     default values are those of the prototype of Dyke, Spencer, Sain and Carlson (1996), Smart Materials and Structures

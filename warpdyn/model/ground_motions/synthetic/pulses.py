@@ -20,7 +20,7 @@ MOST_SAMPLES = 2**24
 class VelocityPulse:
     """A velocity pulse of a near-fault motion: a harmonic wave times a raised cosine.
 
-    The velocity is A / 2 (1 + cos(2 pi f (t - t0) / gamma)) cos(2 pi f (t - t0) + nu) for |t - t0| <= gamma / (2 f),
+    The velocity is A / 2 (1 + cos(2 pi f (t - t0) / gamma)) cos(2 pi f (t - t0) + nu) for abs(t - t0) <= gamma / (2 f),
     otherwise 0. For most phases, a permanent displacement remains.
 
     Source: Mavroeidis and Papageorgiou (2003), "A mathematical representation of near-fault ground motions", Bulletin
