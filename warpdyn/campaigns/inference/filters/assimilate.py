@@ -18,6 +18,7 @@ from warpdyn.campaigns.inference.filters.filtering import (
     StochasticKalman,
     UnscentedKalman,
 )
+from warpdyn.campaigns.inference.filters.kalman import covariance_root
 from warpdyn.campaigns.inference.filters.states import StructureStates
 from warpdyn.campaigns.inference.filters.unknowns import Unknowns
 from warpdyn.campaigns.inference.measured import MeasuredResponse
@@ -220,8 +221,7 @@ def _filtered(
         one = UnscentedKalman(structures(normals), unknowns, normals, measured, settings, random)
         found = one.run()
         size = unknowns.variables
-        values, vectors = np.linalg.eigh(one.covariance[:size, :size])
-        root = vectors * np.sqrt(np.maximum(values, 0.0))
+        root = covariance_root(one.covariance[:size, :size])
         drawn = one.mean[:size] + random.standard_normal((count, size)) @ root.T
         return found, drawn, np.full(count, 1.0 / count)
     normals = _possible(unknowns, count, random)

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from warpdyn.campaigns.inference.filters.kalman import (
+    covariance_root,
     innovation_density,
     sigma_points,
     square_root_update,
@@ -255,8 +256,7 @@ class ParticleFilter(Filter):
         if not self.normals.size:
             return
         shrinking = (3 * self.settings.discount - 1) / (2 * self.settings.discount)
-        values, vectors = np.linalg.eigh(covariance)
-        root = vectors * np.sqrt(np.maximum(values, 0.0) * (1 - shrinking**2))
+        root = covariance_root(covariance, 1 - shrinking**2)
         moved = shrinking * self.normals + (1 - shrinking) * mean
         moved += self.random.standard_normal(self.normals.shape) @ root.T
         count = self.unknowns.of_parameters

@@ -60,9 +60,15 @@ def sigma_points(mean: np.ndarray, covariance: np.ndarray) -> np.ndarray:
 
     This is the unscented transform with a central weight of 0 (Julier and Uhlmann 2004, Proceedings of the IEEE 92).
     """
-    values, vectors = np.linalg.eigh((covariance + covariance.T) / 2)
-    root = vectors * np.sqrt(np.maximum(values, 0.0) * len(mean))
+    root = covariance_root((covariance + covariance.T) / 2, len(mean))
     return np.concatenate([mean + root.T, mean - root.T])
+
+
+def covariance_root(covariance: np.ndarray, factor: float = 1.0) -> np.ndarray:
+    """Return a matrix R with R R' = factor times a covariance matrix; rounding errors below 0 count as 0."""
+    values, vectors = np.linalg.eigh(covariance)
+    root: np.ndarray = vectors * np.sqrt(np.maximum(values, 0.0) * factor)
+    return root
 
 
 def unscented_update(
