@@ -25,7 +25,7 @@ from warpdyn.foundations.core.random_numbers import Purpose
 from warpdyn.model.scene.arguments import takes_scene
 from warpdyn.model.scene.number_of_structures import with_default_design
 from warpdyn.model.scene.plausibility import warn_of_implausible
-from warpdyn.model.scene.scene import Scene
+from warpdyn.model.scene.scene import Scene, with_recorders
 
 # Methods that were the cheapest for some scene and target error (within the scatter of the timings), and the cheapest
 # method without a stability limit. Any other method is used only if the user names it by `method=`.
@@ -187,8 +187,7 @@ class _Pilot:
     """Pilot run: a few samples of a scene, with the peak drifts of a reference run at a very short step."""
 
     def __init__(self, scene: Scene, target_error: float, seed: int, device: str, threads: int | None) -> None:
-        only = (scene.structure.demand,)
-        self.scene, self.target_error = replace(scene, recorders=only, floor_spectra=None), target_error
+        self.scene, self.target_error = with_recorders(scene, (scene.structure.demand,)), target_error
         self.known: dict[str, Drawn] = {}
         self.seed, self.device, self.threads = seed, device, threads
         wanted = PILOT_SAMPLES["cpu" if device == "cpu" else "cuda"]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
 
 import numpy as np
 import xarray as xr
@@ -27,7 +26,7 @@ from warpdyn.model.ground_motions.filtered_noise import FilteredNoise
 from warpdyn.model.scene.arguments import takes_scene
 from warpdyn.model.scene.number_of_structures import number_of_structures, with_default_design
 from warpdyn.model.scene.plausibility import warn_of_implausible
-from warpdyn.model.scene.scene import Scene
+from warpdyn.model.scene.scene import Scene, with_recorders
 from warpdyn.model.structures.lumped.structure import LumpedStructure
 
 PAIRS_AT_A_TIME = 2**16  # number of pairs of a structure and a motion that are searched at the same time
@@ -163,7 +162,7 @@ def capacities(
     )
     counts_added = true_or_false("added_storeys", added_storeys)
     recorders = _recorders_for(scene, demand, added_storeys=counts_added)
-    run = build_run(replace(scene, recorders=recorders, floor_spectra=None), count, integration, execution, seed)
+    run = build_run(with_recorders(scene, recorders), count, integration, execution, seed)
     if np.isinf(limit[-1]) and not run.model.plan.collapses:
         raise ValueError(
             f"the limit of damage state {names[-1]!r} is infinite, so only collapse exceeds it, but the scene has no "

@@ -17,7 +17,7 @@ from warpdyn.engine.kernels.queues import open_queues
 from warpdyn.foundations.core.checks import free_memory
 from warpdyn.foundations.core.messages import no_warnings
 from warpdyn.foundations.core.output_variables import DIVERGED
-from warpdyn.model.scene.scene import Scene
+from warpdyn.model.scene.scene import Scene, with_recorders
 
 MOST_HALVINGS = 4  # of the steps of a candidate whose integration fails; then it counts as impossible
 BYTES_OF_A_VALUE = 24  # of a history, as in `running/histories`
@@ -52,7 +52,7 @@ class ResponseMisfit:
         check_response("calibrate", scene, measured)
         self.prior, self.measured = prior, measured
         self.execution = execution.on_first()
-        self.scene = replace(scene, tail=_covering(scene, measured), recorders=(), floor_spectra=None, correlation={})
+        self.scene = replace(with_recorders(scene, ()), tail=_covering(scene, measured), correlation={})
         self.integration = integration or Integration(step=accurate_step(scene, measured))
         self.count = len(measured.values) - measured.first
 

@@ -27,7 +27,7 @@ from warpdyn.foundations.files.netcdf import trace, write_at_once
 from warpdyn.foundations.files.unfinished import Unfinished
 
 KIND = "state of a live ensemble"  # attribute `kind` of the file
-# What must agree between the saved state and the Live that continues: attribute -> what to do if it differs.
+# Attributes that are equal in the saved state and in the Live that continues -> remedy if one differs.
 MUST_AGREE = {
     "scene": "it was saved from another scene (structure, scatter, recorders, motion or title): give the same Scene",
     "settings": "it was saved from another Live (structures, seed, unit, sampling_step, patience, longest_gap, method, "

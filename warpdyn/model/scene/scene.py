@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
@@ -328,3 +328,9 @@ class Scene:
             ("recorded from", f"{self.record_from:g} s"),
         ]
         return html_table(f"Scene: {self.title}", rows)
+
+
+def with_recorders(scene: Scene, recorders: Iterable[str]) -> Scene:
+    """Return a scene with other recorders, without the settings of recorders that it no longer has."""
+    only = tuple(recorders)
+    return replace(scene, recorders=only, floor_spectra=scene.floor_spectra if SPECTRA in only else None)

@@ -15,7 +15,7 @@ from warpdyn.campaigns.integration.run import prepare
 from warpdyn.campaigns.integration.settings import Execution
 from warpdyn.campaigns.live.paused_ensemble import PausedEnsemble
 from warpdyn.foundations.core.messages import no_warnings
-from warpdyn.model.scene.scene import Scene
+from warpdyn.model.scene.scene import Scene, with_recorders
 
 DISPLACEMENT, VELOCITY, MEMORY = "u", "v", "z"  # variables of the kernel that a filter changes
 BASE = "base_at_end"  # variable of the kernel: acceleration of the base at the last sample
@@ -42,12 +42,10 @@ class StructureStates:
         self.ratio = round(measured.step / self.motion.step)
         given = {} if prior is None else prior.as_scatter(prior.values(normals))
         own = replace(
-            scene,
+            with_recorders(scene, (present_response(),)),
             scatter=given,
             correlation={},
             tail=0.0,
-            recorders=(present_response(),),
-            floor_spectra=None,
             collapse_drift_ratio=None,
         )
         with no_warnings():
