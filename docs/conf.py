@@ -11,6 +11,7 @@ import sys
 import tempfile
 import tomllib
 from pathlib import Path
+from types import ModuleType
 
 from docutils import nodes
 from sphinx.application import Sphinx
@@ -23,8 +24,9 @@ gc.set_threshold(50_000, 20, 50)
 sys.path[:0] = [str(DOCS), str(DOCS.parent / "tests")]
 
 # Sphinx imports objects by the names that users write, such as `warpdyn.laws`; the packages are inside of layers.
-for public in ("control", "hybrid", "inventories", "kernels", "laws", "packets", "plots", "records", "sites"):
-    sys.modules[f"warpdyn.{public}"] = getattr(wd, public)
+for name in wd.__all__:
+    if isinstance(public := getattr(wd, name), ModuleType):
+        sys.modules[f"warpdyn.{name}"] = public
 
 project = "warpdyn"
 author = "the warpdyn developers"

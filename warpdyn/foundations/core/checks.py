@@ -49,14 +49,13 @@ def check_dataset(function: str, dataset: Any, *names: str, advice: str, argumen
         TypeError: If the argument is not a Dataset.
         ValueError: If one of `names` is neither a variable nor an attribute of the dataset.
     """
+    named = "" if argument == "dataset" else f" as {argument}"
     if isinstance(dataset, str | os.PathLike):
         advice = f"open the file first: xarray.open_dataset({os.fspath(dataset)!r})"
-        named = "" if argument == "dataset" else f" as {argument}"
         raise TypeError(f"{function}() takes a Dataset, got the path of a file{named}; {advice}")
     check_kind(function, "a Dataset", dataset, xr.Dataset, advice, argument=argument)
     missing = [name for name in names if name not in dataset and name not in dataset.attrs]
     if missing:
-        named = "" if argument == "dataset" else f" as {argument}"
         raise ValueError(f"{function}: the dataset has no {', '.join(missing)}: {advice}{named}")
 
 
