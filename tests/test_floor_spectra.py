@@ -8,7 +8,7 @@ import warpdyn as wd
 
 PERIODS = [0.05, 0.1, 0.15, 0.2, 0.3, 0.4, 0.5, 0.6, 0.8, 1.0, 1.5, 2.0]
 # Floor spectra [m/s2] of floors 2 and 5 of the reference building, computed with exact state transitions (elastic) and
-# with an integration of its own that agrees with OpenSeesPy within 4.5e-4 in floor accelerations (bilinear).
+# with another integration, which agrees with OpenSeesPy within 4.5e-4 in floor accelerations (bilinear).
 ELASTIC = {
     2: [7.52199, 7.73137, 8.09235, 9.6168, 11.4087, 18.997, 54.3872, 29.0101, 8.147, 4.25246, 1.80385, 1.14421],
     5: [17.1141, 17.6259, 18.5862, 20.1746, 25.8763, 45.9347, 125.391, 59.5943, 14.7531, 7.78538, 2.98946, 1.68442],
