@@ -54,7 +54,7 @@ def joined_hinges(frame: Frame, hinges: object) -> tuple[Frame, dict[End, dict[s
 
 
 def _put_in_series(arguments: dict[str, Any], beam: str, stiffness: float) -> None:
-    """Give a half-beam an end spring [N m/rad] and a higher bending stiffness; both in series have its stiffness."""
+    """Give a half-beam an end spring [N m/rad] and a higher bending stiffness; together they are as stiff as before."""
     row, section = arguments["members"][beam], arguments["sections"][beam]
     length = arguments["nodes"][row["end"]]["x"] - arguments["nodes"][row["start"]]["x"]
     total = 3 * section["elastic_modulus"] * section["second_moment"] / length
