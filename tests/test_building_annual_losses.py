@@ -118,7 +118,9 @@ def test_counts_hazards_and_inventories_that_do_not_fit_are_refused(stock):
         loss(empty, stock, INVENTORY, OF_CITY, hazard=HAZARD)
     wider = {name: {state: 2 * limit for state, limit in own.items()} for name, own in LIMITS.items()}
     others = simulate(scene, statistics=wd.DamageCounts(wider, over=("building", "stripe")))
-    with pytest.raises(ValueError, match=r"made with other limits than stock.limits: archetype 'low' has"):
+    with pytest.raises(
+        ValueError, match=r"counts have the limit 0.004 for 'slight' of archetype 'low', but the stock has"
+    ):
         loss(others, stock, INVENTORY, OF_CITY, hazard=HAZARD)
     with pytest.raises(ValueError, match="at least 2 levels"):
         loss(counted.isel(stripe=[0]), stock, INVENTORY, OF_CITY, hazard=HAZARD)

@@ -14,9 +14,8 @@ import calibrate_column as study
 
 
 def test_loop_and_figure(tmp_path):
-    loop = study.measured_loop()
+    loop = wd.MeasuredLoop.example()
     assert loop.drift.size == 548
-    assert np.abs(loop.force).max() == 1e3 * np.abs(np.loadtxt(study.DATA, delimiter=",", skiprows=3)[:, 1]).max()
     few = wd.MeasuredLoop(loop.drift[:60], loop.force[:60], first=1)
     found = wd.calibrate("bouc_wen", few, study.SMOOTH, noise=study.NOISE, candidates=100)
     loops = study.posterior_loops("bouc_wen", found, few.drift, 5)

@@ -158,6 +158,7 @@ def test_figures_show_once_where_they_are_the_last_line(main_job: tuple[Path, st
         "animate",
         "frame",
         "fragility_surface",
+        "record_selection",
         "sensitivity",
         "state_dependent_fragility",
     }  # an animation; figures of frames and of other datasets than those of the main job, which their own tests draw

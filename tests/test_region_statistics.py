@@ -152,7 +152,7 @@ def test_parts_hold_the_cells_of_their_structures_alone():
             partial["0/cells"], np.ravel_multi_index(np.ix_(numbers, range(3)), (25, 3)).ravel()
         )
         assert partial["0/counts"].dtype == np.uint8
-        assert partial["0/counts"].shape == (1, 9, 6)  # three states, and three kinds of failure
+        assert partial["0/counts"].shape == (1, 9, 7)  # three states, and four kinds of failure
         reduction.include(partial)
         counts = reduction.variables()[0]["damage_count_by_building_motion"][1]
     assert counts[numbers, :, 2].tolist() == [[1] * 3] * 3

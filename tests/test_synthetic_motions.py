@@ -207,6 +207,7 @@ def test_a_pulse_is_the_closed_form(phase):
 
 
 @pytest.mark.fast
+@pytest.mark.meant_as_given("pulse_time")  # the motion is made longer for the pulse
 def test_a_pulse_is_added_to_a_motion():
     record = wd.GroundMotion(np.sin(np.arange(300)), 0.01, "record")
     pulse = wd.VelocityPulse(0.5, 1.0, 2.0, time=4.0)

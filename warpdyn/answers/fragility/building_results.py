@@ -11,7 +11,7 @@ import xarray as xr
 
 from warpdyn.answers.fragility.reduced_counts import archetype_counts, counts_over, part_of_scene
 from warpdyn.campaigns.reductions.damage.loss_ratios import Ratios, ratios_of_archetypes
-from warpdyn.campaigns.reductions.limits import DAMAGE_COUNT
+from warpdyn.campaigns.reductions.limits import DAMAGE_COUNT, DRIFT
 from warpdyn.foundations.core.checks import check_dataset, check_kind
 from warpdyn.foundations.core.messages import warn_caller
 from warpdyn.foundations.core.thread_pool import cores, in_parts
@@ -232,18 +232,31 @@ def check_run_of_stock(function: str, counted: xr.Dataset, stock: BuildingStock)
 
 
 def _check_limits(function: str, counted: xr.Dataset, stock: BuildingStock) -> None:
-    """Raise a ValueError if damage states were counted with other limits than those of the stock."""
-    if "damage_limit" not in counted or counted["damage_limit"].dims != ("archetype", "damage_state"):
+    """Raise a ValueError if damage states were counted with other limits than those of the stock.
+
+    Counts without the variable `damage_limit`, and archetypes without limits in the stock, are not checked.
+    """
+    if "damage_limit" not in counted:
         return
-    states = [str(state) for state in counted["damage_state"].values]
-    used = counted["damage_limit"].values
-    for row, (name, limits) in enumerate(stock.limits.items()):
-        own = np.array([limits.get(state, np.nan) for state in states[1:]])
-        differs = ~np.isclose(used[row, 1:], own, rtol=1e-9, atol=0.0, equal_nan=True)
-        if differs.any():
+    table, names = counted["damage_limit"], list(stock.portfolio.archetypes)
+    states = [str(state) for state in counted["damage_state"].values][1:]
+    remedy = "run the scene with DamageCounts(stock.limits, ...), or use wd.damage_shares for other limits"
+    if table.attrs.get("demand", DRIFT) != DRIFT:
+        raise ValueError(
+            f"{function}: the counts have limits of {table.attrs['demand']}, but the limits of the stock are drift "
+            f"ratios: {remedy}"
+        )
+    for name in names:
+        limits = stock.limits.get(name, {})
+        row = table.sel(archetype=name) if "archetype" in table.coords else table
+        if "archetype" in row.dims:
+            row = row.isel(archetype=names.index(name))
+        own = np.array([limits.get(state, np.nan) for state in states])
+        used = row.values[1:]
+        differs = ~np.isclose(used, own, rtol=1e-9, atol=0.0, equal_nan=True)
+        if limits and differs.any():
             place = int(differs.argmax())
             raise ValueError(
-                f"{function}: the counts have the limit {used[row, 1 + place]:g} for {states[1 + place]!r} of "
-                f"archetype {name!r}, but the stock has {own[place]:g}: run the scene with DamageCounts(stock.limits, "
-                "over='building'), or use wd.damage_shares for other limits"
+                f"{function}: the counts have the limit {used[place]:g} for {states[place]!r} of archetype {name!r}, "
+                f"but the stock has {own[place]:g}: {remedy}"
             )

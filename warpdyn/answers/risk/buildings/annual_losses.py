@@ -17,7 +17,6 @@ from warpdyn.answers.risk.event_losses import checked_event_rates
 from warpdyn.answers.risk.hazard_curves import Hazard, HazardLogicTree, branches_of
 from warpdyn.answers.risk.integrals.linear import begin_of, loss_of_year
 from warpdyn.campaigns.reductions.damage.loss_ratios import Ratios, ratios_of_archetypes
-from warpdyn.campaigns.reductions.limits import DRIFT
 from warpdyn.foundations.core.checks import check_dataset, check_kind
 from warpdyn.foundations.core.messages import warn_caller
 from warpdyn.foundations.core.near_misses import suggests_names
@@ -90,7 +89,6 @@ def building_annual_losses(
     name = counts_over(_FUNCTION, counted, *choices)
     (along,) = (str(dim) for dim in counted[name].dims if dim not in ("building", "damage_state"))
     check_run_of_stock(_FUNCTION, counted.isel({along: 0}), stock)
-    _check_limits(counted, stock)
     stock.check(inventory)
     taken = [each for each in COLUMNS if each in inventory.columns]
     if taken:
@@ -127,29 +125,6 @@ def building_annual_losses(
     own = pd.DataFrame(columns)
     own.insert(1, "archetype", pd.Categorical.from_codes(stock.archetype_index[order], archetypes))
     return pd.concat([inventory[number >= 0].reset_index(drop=True), own], axis=1)
-
-
-def _check_limits(counted: xr.Dataset, stock: BuildingStock) -> None:
-    """Raise a ValueError if the counts were made with other limits than those of the stock.
-
-    Counts without the variable `damage_limit`, and archetypes without limits in the stock, are not checked.
-    """
-    if "damage_limit" not in counted:
-        return
-    table, names = counted["damage_limit"], list(stock.portfolio.archetypes)
-    states = [str(state) for state in counted["damage_state"].values][1:]
-    advice = f"{_FUNCTION}: the counts were made with other limits than stock.limits"
-    remedy = 'simulate with DamageCounts(stock.limits, over=("building", "stripe"))'
-    if table.attrs.get("demand", DRIFT) != DRIFT:
-        raise ValueError(f"{advice} (limits of {table.attrs['demand']}): {remedy}")
-    for name in names:
-        own = dict(stock.limits.get(name, {}))
-        row = table.sel(archetype=name) if "archetype" in table.coords else table
-        if "archetype" in row.dims:
-            row = row.isel(archetype=names.index(name))
-        found = dict(zip(states, row.values.tolist()[1:], strict=True))
-        if own and own != found:
-            raise ValueError(f"{advice}: archetype {name!r} has {found}, and in the stock {own}: {remedy}")
 
 
 def _weights(counted: xr.Dataset, hazard: Hazard, ratio: np.ndarray, cost: np.ndarray) -> np.ndarray:
