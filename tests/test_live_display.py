@@ -226,3 +226,30 @@ def test_series_are_thinned_and_numbers_are_short():
     assert envelope(np.zeros(0))[1].size == 0
     assert numbers(np.array([1234.5678, np.nan, -0.00001])) == [1234.6, None, 0.0] or True
     assert numbers(np.array(0.0123456)) == 0.01235
+
+
+@pytest.mark.thorough
+def test_the_loop_of_a_spring_of_a_lumped_structure():
+    law = wd.laws.Bilinear(yield_force=2e5, hardening_ratio=0.05)
+    frames = [
+        wd.PlanFrame("a", (0.0, -5.0), "x", 3e7, law=law),
+        wd.PlanFrame("b", (0.0, 7.0), "x", 1e7, law=law),
+        wd.PlanFrame("c", (-8.0, 0.0), "y", 4e7, law=law),
+    ]
+    plan = [[-10.0, 10.0], [-8.0, 8.0]]
+    damped = {"damping": "modal", "damping_ratio": 0.03}
+    building = wd.TorsionalBuilding([2e5], plan, frames, base_motion="x", storey_height=3.5, **damped)
+    lumped = wd.Scene(building, MOTION, recorders=("drift",))
+    names = building.names_along("spring")
+    run = wd.simulate(lumped, histories=wd.Histories(), **HOW)
+    ensemble = wd.Live(lumped, 1, **HOW)
+    with pytest.raises(ValueError, match=r"unknown storey \(the name of a spring\)"):
+        wd.LiveDisplay(ensemble, storey="roof")
+    with wd.LiveDisplay(ensemble, storey=names[1]) as display:
+        ensemble.push(MOTION.acceleration)
+        _, frame = frame_of(display, 3.99)
+    assert frame["loop"]["title"] == f"sample 0, spring {names[1]}"
+    assert frame["loop"]["labels"] == ["deformation [mm]", "force [kN]"]
+    for axis, name, factor in (("x", "spring_deformation", 1e3), ("y", "spring_force", 1e-3)):
+        due = factor * run[name].isel(history=0, time=slice(399)).values[:, 1]
+        np.testing.assert_allclose(frame["loop"][axis], due, atol=2e-4 * np.abs(due).max())
