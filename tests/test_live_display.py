@@ -225,7 +225,7 @@ def test_series_are_thinned_and_numbers_are_short():
     assert len(low) <= MOST_TIMES < MOST_STATES
     assert envelope(np.zeros(0))[1].size == 0
     assert numbers(np.array([1234.5678, np.nan, -0.00001])) == [1234.6, None, 0.0] or True
-    assert numbers(np.array(0.0123456)) == 0.01235
+    assert numbers(np.array(0.0123456)) == 0.012346
 
 
 @pytest.mark.thorough

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 MOST_TIMES = 600  # times of a series that are shown; about one per pixel
-DIGITS = 4  # significant digits of the largest value of an array
+DIGITS = 5  # significant digits of the largest value of an array, of which 4 are certain
 
 
 class Series:
@@ -47,7 +47,7 @@ def envelope(values: np.ndarray) -> tuple[int, np.ndarray, np.ndarray]:
 
 
 def numbers(values: np.ndarray) -> list:
-    """Return an array as lists of numbers with about DIGITS significant digits; None for values that are not finite."""
+    """Return an array as lists of numbers with at most DIGITS significant digits; None for values that are not finite."""
     values = np.asarray(values, dtype=np.float64)
     finite = np.isfinite(values)
     largest = np.abs(values[finite]).max(initial=0.0)
