@@ -64,7 +64,7 @@ def main() -> None:
     moving = FOLDER / "display.webp"
     first, *others = pictures
     first.save(moving, save_all=True, append_images=others, duration=100, loop=0, quality=60, method=4)
-    pictures[STILL].quantize(64).save(FOLDER / "display.png", optimize=True)
+    pictures[STILL].quantize(256).save(FOLDER / "display.png", optimize=True)
     print(f"{moving}: {len(pictures)} frames, {moving.stat().st_size / 1e6:.2f} MB")
 
 

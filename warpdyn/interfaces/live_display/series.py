@@ -47,10 +47,12 @@ def envelope(values: np.ndarray) -> tuple[int, np.ndarray, np.ndarray]:
 
 
 def numbers(values: np.ndarray) -> list:
-    """Return an array as lists of numbers with at most DIGITS significant digits; None for values that are not finite."""
+    """Return an array as lists of numbers with at most DIGITS significant digits; None for NaN and infinity."""
     values = np.asarray(values, dtype=np.float64)
     finite = np.isfinite(values)
     largest = np.abs(values[finite]).max(initial=0.0)
     places = DIGITS - int(np.ceil(np.log10(largest))) if largest > 0 else 0
     found = np.round(values, min(max(places, 0), 12))
-    return found.tolist() if finite.all() else np.where(finite, found.astype(object), None).tolist()
+    boxed = found.astype(object)
+    boxed[~finite] = None
+    return boxed.tolist()
