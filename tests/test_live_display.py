@@ -225,7 +225,8 @@ def test_series_are_thinned_and_numbers_are_short():
     assert len(low) <= MOST_TIMES < MOST_STATES
     assert envelope(np.zeros(0))[1].size == 0
     assert numbers(np.array([1234.5678, np.nan, -0.00001])) == [1234.6, None, 0.0] or True
-    assert numbers(np.array(0.0123456)) == 0.012346
+    assert (numbers(np.array(0.0123456)), numbers(np.array(np.nan))) == (0.012346, None)
+    assert numbers(np.array([1234.5678, np.nan, np.inf, -2.0])) == [1234.6, None, None, -2.0]
 
 
 @pytest.mark.thorough

@@ -53,6 +53,6 @@ def numbers(values: np.ndarray) -> list:
     largest = np.abs(values[finite]).max(initial=0.0)
     places = DIGITS - int(np.ceil(np.log10(largest))) if largest > 0 else 0
     found = np.round(values, min(max(places, 0), 12))
-    boxed = found.astype(object)
+    boxed = np.array(found, dtype=object)
     boxed[~finite] = None
     return boxed.tolist()
