@@ -62,7 +62,7 @@ def in_real_time(packets: Iterable[wd.packets.Packet]) -> Iterator[wd.packets.Pa
     """Yield each packet when its last sample has been measured, or at once if that time has passed."""
     began = time.monotonic()
     for packet in packets:
-        end = packet.start + len(packet.values) * packet.step
+        end = packet.start + np.size(packet.acceleration) * packet.step
         time.sleep(max(0.0, began + end - time.monotonic()))
         yield packet
 

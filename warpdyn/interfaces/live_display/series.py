@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 MOST_TIMES = 600  # times of a series that are shown; about one per pixel
-DIGITS = 5  # significant digits of the largest value of an array, of which 4 are certain
+DIGITS = 5  # significant digits of the largest value of an array; 4 of them are certain
 
 
 class Series:
