@@ -106,6 +106,17 @@ def test_a_display_that_begins_late_shows_the_loop_from_the_start_of_the_record(
     assert len(frame["loop"]["x"]) == 101
 
 
+def test_a_loop_ends_at_the_collapse_of_its_sample(run):
+    ensemble, known = live(), ""
+    assert int(run["status"][7]) == 1
+    with wd.LiveDisplay(ensemble, sample=7) as display:
+        for end in (100, 101):  # seconds after the collapse
+            ensemble.push(MOTION.acceleration[100 * (end - 100) : end])
+            known, frame = frame_of(display, STEP * (end - 1), known)
+            assert frame["loop"]["has_collapsed"]
+            assert STEP * len(frame["loop"]["x"]) == pytest.approx(float(run["time_of_collapse"][7]), abs=2 * STEP)
+
+
 def test_a_motion_that_ends_and_a_display_without_loop_and_damage_states():
     ensemble = wd.Live(scene(), 2, **HOW)
     with wd.LiveDisplay(ensemble, sample=None) as display:

@@ -43,6 +43,7 @@ class Frames:
                 'the display shows storey drifts, which the scene does not record: add "drift" to its recorders'
             )
         self._shares, self._loop = Series(), np.zeros((0, 2))
+        self._has_collapsed = False  # the sample of the loop
         self._noted: deque[tuple[float, np.ndarray]] = deque(maxlen=MOST_TIMES)  # shares since the last frame
         self.followed: FollowedSample | None = None
         if sample is not None:
@@ -130,6 +131,7 @@ class Frames:
             deformation = np.diff(displacement, axis=1, prepend=0.0)
         new = np.stack([OF_DEFORMATIONS * deformation[:, place], OF_FORCES * force[:, place]], axis=1)
         is_known = np.isfinite(new).all(axis=1)  # not after a collapse
+        self._has_collapsed |= not is_known.all()
         self._loop = np.concatenate([self._loop, new[is_known]])[-MOST_STATES:]
         return {
             "title": f"sample {self.sample}, {self.place_name}",
@@ -137,5 +139,5 @@ class Frames:
             "y": numbers(self._loop[:, 1]),
             "labels": labels,
             "step": self.live.step,
-            "has_collapsed": not is_known.all(),
+            "has_collapsed": self._has_collapsed,
         }
