@@ -88,40 +88,55 @@ class SampleStatistics:
         states = 1 + (0 if limits is None else len(limits.states))
         self._counts = wp.zeros((PARTS, STATUSES + states), dtype=wp.int32, device=self.device)
         self._states = wp.zeros(self.size, dtype=wp.int32, device=self.device)
-        self._limited = []
-        for name, bounds in zip(limits.demands, limits.values, strict=True) if limits else ():
-            first, last, _ = counted[name].indices(self._values[name][0].shape[0])
-            on_device = wp.array(bounds, dtype=wp.float64, device=self.device)
-            self._limited.append((name, first, last, on_device))
+        self._counting = self._launches_of_counts(counted)
+        # For each row of order statistics: the keys, the launch that writes them, and the one that reads them sorted.
+        self._picking = [
+            (self._keys[self._values[name][0].dtype], *self._launches_of_row(name, place, row))
+            for name, rows in self._rows.items()
+            for place, row in enumerate(range(rows.start, rows.stop))
+        ]
 
     def find(self) -> Found:
         """Return the statistics of the outputs that the ensemble has written last."""
         self._picked.zero_()
         self._counts.zero_()
-        status = self.paused.output.status
-        for number, (name, first, last, bounds) in enumerate(self._limited):
-            values, divisors = self._values[name]
-            inputs = [int(number == 0), int(not is_peak(name)), first, last, self._samples_of_structure]
-            self._launch(self._of(values).states, self.size, [*inputs, values, divisors, bounds, self._states])
-        self._launch(next(iter(self._kernels.values())).counts, self.size, [status, self._states, self._counts])
-        for name, rows in self._rows.items():
-            values, divisors = self._values[name]
-            keys = self._keys[values.dtype]
-            for place, row in enumerate(range(rows.start, rows.stop)):
-                inputs = [row, place, self._samples_of_structure, status, values, divisors, keys, self._picked]
-                self._launch(self._of(values).keys, self.size, inputs)
-                self._sort(keys)
-                picking = [row, self._given, self._counts, keys, self._picked]
-                self._launch(self._of(values).picks, self.quantiles.size, picking)
+        for launch in self._counting:
+            launch.launch()
+        for keys, write, pick in self._picking:
+            write.launch()
+            self._sort(keys)
+            pick.launch()
         counts = self._counts.numpy().sum(axis=0)
         of_status, in_state = counts[:STATUSES], counts[STATUSES:]
         return Found(of_status, in_state, self._quantiles(self._picked.numpy(), int(of_status[:DIVERGED].sum())))
 
-    def _of(self, values: wp.array) -> AnswerKernels:
-        return self._kernels[values.dtype]
+    def _launches_of_counts(self, counted: Mapping[str, slice]) -> list[wp.Launch]:
+        """Return the launches that find the damage states of the samples and count them."""
+        launches, limits = [], self.limits
+        for name, bounds in zip(limits.demands, limits.values, strict=True) if limits else ():
+            values, divisors = self._values[name]
+            first, last, _ = counted[name].indices(values.shape[0])
+            inputs = [int(not launches), int(not is_peak(name)), first, last, self._samples_of_structure]
+            inputs += [values, divisors, wp.array(bounds, dtype=wp.float64, device=self.device), self._states]
+            launches.append(self._launch(self._kernels[values.dtype].states, self.size, inputs))
+        counts = next(iter(self._kernels.values())).counts
+        inputs = [self.paused.output.status, self._states, self._counts]
+        return [*launches, self._launch(counts, self.size, inputs)]
 
-    def _launch(self, kernel: wp.Kernel, threads: int, inputs: list) -> None:
-        wp.launch(kernel, dim=threads, inputs=inputs, device=self.device, block_dim=block_size(self.device))
+    def _launches_of_row(self, name: str, place: int, row: int) -> tuple[wp.Launch, wp.Launch]:
+        """Return the launches that write the keys of a demand at one place, and that read the sorted keys."""
+        values, divisors = self._values[name]
+        keys, kernels = self._keys[values.dtype], self._kernels[values.dtype]
+        status = self.paused.output.status
+        writing = [row, place, self._samples_of_structure, status, values, divisors, keys, self._picked]
+        picking = [row, self._given, self._counts, keys, self._picked]
+        return self._launch(kernels.keys, self.size, writing), self._launch(kernels.picks, len(self.quantiles), picking)
+
+    def _launch(self, kernel: wp.Kernel, threads: int, inputs: list) -> wp.Launch:
+        """Return a launch that can be repeated, because the arrays are always the same."""
+        return wp.launch(
+            kernel, threads, inputs, device=self.device, block_dim=block_size(self.device), record_cmd=True
+        )
 
     def _sort(self, keys: wp.array) -> None:
         """Sort the keys of all samples."""

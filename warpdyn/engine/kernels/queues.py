@@ -29,6 +29,9 @@ WAIT_FOR_GPU = 2e-4  # seconds between checks whether the GPU has finished or Ct
 # Number of blocks (groups of samples) on a GPU at the same time: while the host waits for one block, others use the
 # GPU. A block has one launch for each number of steps per interval; its launches run on STREAMS_OF_A_BLOCK streams.
 BLOCKS_ON_A_GPU, STREAMS_OF_A_BLOCK = 3, 3
+# A launch with at most this many steps (of all rows of lanes together) times storeys runs in the calling thread: it
+# takes less than 0.1 s with the slowest laws, and usually less than waking other threads on a busy machine.
+LEAST_OF_THREADS = 4096
 
 
 def checked_devices(device: str | Sequence[str] | None) -> tuple[str, ...]:
@@ -160,6 +163,11 @@ class CpuQueue:
             return min(last * plan.lanes, launch.count) - first * plan.lanes
 
         started = time.perf_counter()
+        if sum(launch.steps_of_rows(lanes).sum() * launch.plan.dofs for launch in launches) <= LEAST_OF_THREADS:
+            for launch in launches:
+                advance(run(launch, 0, -(-launch.count // lanes)))
+            self.spans.append((started, time.perf_counter()))
+            return
         pool = ThreadPoolExecutor(self.threads)
         try:
             tasks = [pool.submit(run, *part) for part in slices(launches, lanes, self.threads)]
