@@ -94,7 +94,9 @@ def test_answers_without_samples_have_the_same_statistics(run):
     whole, light = live(), live(keep_samples=False)
     for first, values in pieces(np.random.default_rng(12)):
         due, answer = (each.push(values, start=first * STEP) for each in (whole, light))
-        assert set(due.data_vars) - set(answer.data_vars) == {name for name in due.data_vars if "sample" in due[name].dims}
+        assert set(due.data_vars) - set(answer.data_vars) == {
+            name for name in due.data_vars if "sample" in due[name].dims
+        }
         assert set(answer.data_vars) - set(due.data_vars) == {"failed_count"}
         for name in ("peak_storey_drift_quantile", "peak_storey_drift_ratio_quantile", "damage_probability", "time"):
             assert answer[name].identical(due[name])

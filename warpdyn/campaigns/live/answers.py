@@ -74,11 +74,12 @@ class Answers:
                 self._counted[name] = slice(None) if span is None else slice(*span)
 
         self._statistics: SampleStatistics | None = None
-        self._form: xr.Dataset | None = None  # an earlier answer, whose labels all answers have
+        self._form = xr.Dataset()  # the labels of all answers
 
     def begin_statistics(self, paused: PausedEnsemble) -> None:
         """Compile the kernels of the statistics, and reserve their memory on the device of an ensemble."""
         self._statistics = SampleStatistics(paused, self._demands, self.quantiles, self.limits, self._counted)
+        self._form = self._labelled(paused.ensemble.size)
 
     def of(self, paused: PausedEnsemble, time: float, attributes: Mapping[str, object]) -> xr.Dataset:
         """Return the dataset of an answer.
@@ -97,8 +98,6 @@ class Answers:
             values["damage_probability"] = found.in_state / samples if samples else np.full(found.in_state.size, np.nan)
         if not self.keep_samples:
             values["failed_count"] = found.of_status[DIVERGED:]
-        if self._form is None:
-            self._form = self._labelled(values)
         answer = self._form.copy(data=values)
         answer.variables["time"].values = np.array(time)
         answer.attrs = trace(self.model.scene.title, "Live") | dict(attributes)
@@ -113,28 +112,30 @@ class Answers:
         fill_outcomes(paused.ensemble, rows)
         return {name: rows[name] for name in self._recorded}
 
-    def _labelled(self, values: Mapping[str, np.ndarray]) -> xr.Dataset:
-        """Return a dataset with the labels of all answers."""
+    def _labelled(self, samples: int) -> xr.Dataset:
+        """Return a dataset with the labels of all answers and blank values."""
         variables: dict[str, tuple] = {}
         for name in self._recorded if self.keep_samples else ():
             label = self._labels[name]
-            variables[name] = (label.dims, values[name], label.attrs)
+            blank = np.broadcast_to(np.zeros((), label.dtype), (samples, *label.shape[1:]))
+            variables[name] = (label.dims, blank, label.attrs)
         for name in self._demands:
             label = self._labels[name]
             text = label.attrs | {"long_name": f"quantile among the samples of: {label.attrs['long_name']}"}
-            variables[f"{name}_quantile"] = (("quantile", *label.dims[1:]), values[f"{name}_quantile"], text)
+            blank = np.broadcast_to(np.nan, (self.quantiles.size, *label.shape[1:]))
+            variables[f"{name}_quantile"] = (("quantile", *label.dims[1:]), blank, text)
         coordinates: dict[str, tuple | xr.Variable] = {
             "time": ((), 0.0, {"long_name": "time since the start of the motion", "units": "s"}),
             "quantile": ("quantile", self.quantiles, {"long_name": "quantile", "units": "1"}),
             **self._places,
         }
         if self.limits is not None:
-            states = [NO_DAMAGE, *self.limits.states]
+            states = np.array([NO_DAMAGE, *self.limits.states])
             share = {"long_name": "share of the samples in the damage state", "units": "1"}
-            variables["damage_probability"] = ("damage_state", values["damage_probability"], share)
-            coordinates["damage_state"] = ("damage_state", np.array(states), {"long_name": "damage state"})
+            variables["damage_probability"] = ("damage_state", np.zeros(states.size), share)
+            coordinates["damage_state"] = ("damage_state", states, {"long_name": "damage state"})
         if not self.keep_samples:
             said = {"long_name": "samples that are not counted, because their integration failed", "units": "1"}
-            variables["failed_count"] = ("failure", values["failed_count"], said)
+            variables["failed_count"] = ("failure", np.zeros(len(FAILURES), dtype=np.int64), said)
             coordinates["failure"] = ("failure", np.array(FAILURES), {"long_name": "status of samples that failed"})
         return xr.Dataset(variables, coordinates)

@@ -138,7 +138,7 @@ class PausedEnsemble:
     def outputs(self, values: np.ndarray, motion: int, schedule: Schedule | None = None) -> Arrays:
         """Integrate the rest of a run, and return all its outputs by name, shape [sample, ...]; no state changes.
 
-        Args: see `write_outputs`.
+        Arguments: see `write_outputs`.
         """
         self.write_outputs(values, motion, schedule)
         return self.read_outputs()
@@ -281,6 +281,7 @@ class PausedEnsemble:
             self.queue.launch([launch], [self.output, self._history, paused])
         # A GPU still reads the samples of the packet and the ends of the runs, and writes the states.
         wp.synchronize_device(self.device)
+        self.queue.settle()
 
     def _load(self, values: np.ndarray, motion: int, finer: int) -> Any:
         """Return the struct Load with the samples of a packet; the first is that of interval `self.intervals`."""

@@ -14,7 +14,7 @@ import warp as wp
 from warpdyn.campaigns.live.paused_ensemble import PausedEnsemble
 from warpdyn.campaigns.reductions.limits import DRIFT, DamageLimits, is_peak
 from warpdyn.engine.kernels.kernel_cache import block_size
-from warpdyn.engine.kernels.reductions.live_answers import PARTS, STATUSES, AnswerKernels, answer_kernels
+from warpdyn.engine.kernels.reductions.live_answers import PARTS, STATUSES, answer_kernels
 from warpdyn.foundations.core.output_variables import DIVERGED
 
 OF_DRIFT = "peak_storey_drift"  # output that is divided by the storey heights
