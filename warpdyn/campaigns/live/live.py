@@ -53,6 +53,9 @@ class Live:
         limits: Limits of the damage states, from the lightest to the heaviest, as in `fragility`, such as
             {"slight": 0.005, "complete": 0.04} (storey drift ratios [1]); None: no damage states.
         quantiles: Quantiles of all demands among the samples [1].
+        keep_samples: Whether answers contain the demands of each sample. False: only their quantiles, the damage-state
+            probabilities and `failed_count`; on a GPU nothing else is copied to the host, so that answers take less
+            time. The run of `finish` always contains all samples.
         unit: Unit of the accelerations, one of `records.UNITS`.
         sampling_step: Sampling step of the packets [s] if it is not that of the scene's motion; the packets are then
             resampled by linear interpolation.
@@ -90,6 +93,7 @@ class Live:
         seed: int = 0,
         limits: Mapping[str, Limit] | None = None,
         quantiles: Sequence[float] | np.ndarray = QUANTILES,
+        keep_samples: bool = True,
         unit: str = "m/s2",
         sampling_step: float | None = None,
         patience: float = 2.0,
@@ -125,8 +129,9 @@ class Live:
         findings = run.findings[0]
         shorten_steps(ensemble, vibration, findings, divides=run.integration.divides_steps)
         guard(ensemble, vibration, integration.on_unstable, findings)
-        self._answers = Answers(run.model, self.structures, limits, quantiles)
+        self._answers = Answers(run.model, self.structures, limits, quantiles, keep_samples)
         self.paused = PausedEnsemble(ensemble)
+        self._answers.begin_statistics(self.paused)
         for group in self.paused.groups:  # compiled now, so that the first packet does not wait
             load_kernel(group.plan, self.paused.device)
         self.is_finished = False
@@ -220,12 +225,14 @@ class Live:
             that ends here without free vibration; `..._quantile` of each demand, over `quantile`; and, with limits,
             `damage_probability(damage_state)` [1], the share of the samples in each state. A collapsed sample is in
             the heaviest state; failed samples do not count. Residual drifts are missing until `finish`. The attributes
-            count the packets, and contain the lag behind real time and the drift of the clock [s].
+            count the packets, and contain the lag behind real time and the drift of the clock [s]. With
+            `keep_samples=False`, the demands of every sample are left out, and `failed_count(failure)` is the number of
+            failed samples.
         """
         if not len(self.record):
             raise ValueError("no sample of all components has arrived yet: call push() first")
-        outputs = self.paused.outputs(self.record[-1:], self.paused.intervals)
-        return self._answers.of(self.paused.ensemble, outputs, self.time, self.arriving.report(self.time))
+        self.paused.write_outputs(self.record[-1:], self.paused.intervals)
+        return self._answers.of(self.paused, self.time, self.arriving.report(self.time))
 
     def finish(self) -> xr.Dataset:
         """End the motion, integrate the free vibration after it, and return the run as a dataset.
