@@ -1,4 +1,4 @@
-"""Intensity measures, state-dependent fragility, losses and sensitivity beside reference results of other programs.
+"""Intensity measures, state-dependent fragility, losses and sensitivity, compared with reference results.
 
     python studies/analyses.py --out results
 
@@ -12,8 +12,8 @@ Each analysis runs with the model, the motions and the inputs of its reference r
 - Sobol indices, correlation ratios and a tornado diagram of the drift of an elastic building of three storeys.
 
 The study prints a table with the differences, divided by the tolerance that the errors of both results explain: three
-standard errors (state-dependent fragility), half of the 95 % interval (Sobol indices and correlation ratios, one in 20
-of which may be outside), or the digits and steps of the reference. It writes analyses.nc and one figure.
+standard errors (state-dependent fragility), half of the 95 % interval (Sobol indices and correlation ratios: one in 20
+may be outside), or the digits and steps of the reference. It writes analyses.nc and one figure.
 """
 
 from __future__ import annotations

@@ -90,8 +90,8 @@ def sequences(
 def standard_errors(median: float, dispersion: float) -> np.ndarray:
     """Return the standard errors of ln(median) and ln(dispersion), times the root of the number of sequences.
 
-    The sandwich variance of a probit fit: each sequence is run at all levels and exceeds the state from one level on, so
-    that the covariance of exceedances at two levels is that of one threshold.
+    The sandwich variance of a probit fit: each sequence is run at all levels and exceeds the state from one level
+    on, so that the covariance of exceedances at two levels is that of one threshold.
     """
     z = np.log(np.array(LEVELS) / median) / dispersion
     weight = norm.pdf(z) / np.maximum(norm.cdf(z) * norm.sf(z), 1e-300)

@@ -4,8 +4,8 @@ A thread generates one motion. The responses of the filter to LANES successive v
 together, by a rotation per step, and end when they have decayed to 1e-6. All arithmetic is in float64, so that motions
 of a CPU and of a GPU agree within rounding.
 
-The samples of a motion are neighbours in the memory of a CPU. On a GPU, samples of the same time are neighbours, because
-the threads of a warp read them together.
+The samples of a motion are neighbours in the memory of a CPU. On a GPU, samples of the same time are neighbours,
+because the threads of a warp read them together.
 """
 
 import functools
