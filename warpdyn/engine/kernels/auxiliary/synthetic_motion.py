@@ -210,6 +210,7 @@ def generated_on_gpu(
         inputs = [0, instance, constants, step, least_frequency, key, chosen.size, *flat]
         wp.launch(kernel, dim=chosen.size, inputs=inputs, device=device, block_dim=THREADS_OF_A_BLOCK)
         yield chosen, arrays[1]
+        del arrays, flat, inputs  # so that their memory is free for the next motions
 
 
 def _on_cpu(
