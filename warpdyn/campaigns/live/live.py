@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 
 import numpy as np
 import xarray as xr
@@ -22,7 +22,7 @@ from warpdyn.campaigns.live.packets.receiver import Receiver
 from warpdyn.campaigns.live.packets.refused import RefusedPacket
 from warpdyn.campaigns.live.packets.track import Track
 from warpdyn.campaigns.live.paused_ensemble import PausedEnsemble
-from warpdyn.campaigns.reductions.limits import Limit
+from warpdyn.campaigns.reductions.limits import DamageLimits, Limit
 from warpdyn.engine.kernels.build import load_kernel
 from warpdyn.engine.kernels.queues import open_queues
 from warpdyn.foundations.core.checks import check_kind, one_of, real_number
@@ -64,6 +64,10 @@ class Live:
             further packets until the missing samples arrive, or `bridge` is called.
         integration: How the structures are integrated; None: as by `simulate`.
         execution: Device and threads; None: the first GPU, or all CPU threads.
+
+    Attributes:
+        observers: Functions that are called with each answer before `push` or `bridge` returns it, such as that of a
+            LiveDisplay. They must not change the answer.
 
     Raises:
         ValueError: If an argument is out of its range, or the scene cannot be integrated while its motion arrives.
@@ -131,12 +135,18 @@ class Live:
         for group in self.paused.groups:  # compiled now, so that the first packet does not wait
             load_kernel(group.plan, self.paused.device)
         self.is_finished = False
+        self.observers: list[Callable[[xr.Dataset], object]] = []
         self._seconds_integrating = 0.0  # of all packets
 
     @property
     def time(self) -> float:
         """Time since the first sample of the motion up to which the structures are integrated [s]."""
         return self.paused.intervals * self.step
+
+    @property
+    def limits(self) -> DamageLimits | None:
+        """Limits of the damage states; None: no damage states."""
+        return self._answers.limits
 
     @property
     def record(self) -> np.ndarray:
@@ -259,7 +269,10 @@ class Live:
             self.paused.advance(np.concatenate([self.record[-1:], values]))
             self._seconds_integrating += time.perf_counter() - began
         self.arriving.keep(values, receiver)
-        return self.answer() if len(self.record) else xr.Dataset(attrs=self.arriving.report(self.time))
+        answer = self.answer() if len(self.record) else xr.Dataset(attrs=self.arriving.report(self.time))
+        for observe in self.observers:
+            observe(answer)
+        return answer
 
     def _check_open(self) -> None:
         if self.is_finished:

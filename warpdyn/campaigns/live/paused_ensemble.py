@@ -22,7 +22,7 @@ from warpdyn.engine.kernels.queues import Launch
 from warpdyn.model.ground_motions.excitation import MOST_STEPS
 
 LAST = 2**31 - 1  # an interval after the end of every run
-ROOM = 2**10  # least number of accelerations for which memory of a packet is reserved
+ROOM = 2**10  # least number of accelerations in the memory of a packet
 
 
 @dataclass
