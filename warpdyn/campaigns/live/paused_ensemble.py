@@ -297,7 +297,7 @@ class PausedEnsemble:
         return load
 
     def _held_load(self, finer: int, size: int) -> Any:
-        """Return a struct Load for at least `size` accelerations, whose arrays are kept for the next packet."""
+        """Return a struct Load whose arrays have at least `size` accelerations and are kept for the next packet."""
         load = self._loads.get(finer)
         if load is None or load.values.size < size:
             room = np.zeros(max(2 * size, ROOM))

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import warp as wp
@@ -79,12 +80,12 @@ class SampleStatistics:
         self._shapes = {name: ensemble.model.shapes[OF_DRIFT if name == DRIFT else name] for name in demands}
         dtypes = {values.dtype for values, _ in self._values.values()}
         self._kernels = {dtype: answer_kernels(_name_of(dtype), self.device) for dtype in dtypes or {wp.float64}}
-        # A radix sort needs room for twice as many keys, and values that are sorted with the keys.
+        # A radix sort needs memory for twice as many keys, and values that are sorted with the keys.
         room = 2 * self.size if self.by_radix else self.size
         self._keys = {dtype: wp.empty(room, dtype=dtype, device=self.device) for dtype in dtypes}
         self._partners = wp.zeros(room if self.by_radix else 1, dtype=wp.int32, device=self.device)
         self._picked = wp.zeros((max(end, 1), 2 * quantiles.size + 1), dtype=wp.float64, device=self.device)
-        self._given = wp.array(quantiles, dtype=wp.float64, device=self.device)
+        self._given: wp.array = wp.array(quantiles, dtype=wp.float64, device=self.device)
         states = 1 + (0 if limits is None else len(limits.states))
         self._counts = wp.zeros((PARTS, STATUSES + states), dtype=wp.int32, device=self.device)
         self._states = wp.zeros(self.size, dtype=wp.int32, device=self.device)
@@ -112,24 +113,24 @@ class SampleStatistics:
 
     def _launches_of_counts(self, counted: Mapping[str, slice]) -> list[wp.Launch]:
         """Return the launches that find the damage states of the samples and count them."""
-        launches, limits = [], self.limits
+        launches: list[wp.Launch] = []
+        limits = self.limits
         for name, bounds in zip(limits.demands, limits.values, strict=True) if limits else ():
             values, divisors = self._values[name]
             first, last, _ = counted[name].indices(values.shape[0])
-            inputs = [int(not launches), int(not is_peak(name)), first, last, self._samples_of_structure]
+            inputs: list[Any] = [int(not launches), int(not is_peak(name)), first, last, self._samples_of_structure]
             inputs += [values, divisors, wp.array(bounds, dtype=wp.float64, device=self.device), self._states]
             launches.append(self._launch(self._kernels[values.dtype].states, self.size, inputs))
         counts = next(iter(self._kernels.values())).counts
-        inputs = [self.paused.output.status, self._states, self._counts]
-        return [*launches, self._launch(counts, self.size, inputs)]
+        return [*launches, self._launch(counts, self.size, [self.paused.output.status, self._states, self._counts])]
 
     def _launches_of_row(self, name: str, place: int, row: int) -> tuple[wp.Launch, wp.Launch]:
         """Return the launches that write the keys of a demand at one place, and that read the sorted keys."""
         values, divisors = self._values[name]
         keys, kernels = self._keys[values.dtype], self._kernels[values.dtype]
         status = self.paused.output.status
-        writing = [row, place, self._samples_of_structure, status, values, divisors, keys, self._picked]
-        picking = [row, self._given, self._counts, keys, self._picked]
+        writing: list[Any] = [row, place, self._samples_of_structure, status, values, divisors, keys, self._picked]
+        picking: list[Any] = [row, self._given, self._counts, keys, self._picked]
         return self._launch(kernels.keys, self.size, writing), self._launch(kernels.picks, len(self.quantiles), picking)
 
     def _launch(self, kernel: wp.Kernel, threads: int, inputs: list) -> wp.Launch:
