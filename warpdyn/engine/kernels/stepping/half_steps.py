@@ -187,7 +187,7 @@ def move_storey():
         turns[moved_storey, j] = new_drift - drifts[moved_storey, j]
         drifts[moved_storey, j] = new_drift
     elif IS_RATE:
-        # The run has ended, but threads that share the other samples of a warp, and the last evaluation, go on.
+        # The run has ended; the last evaluation, and threads that share other samples of the warp, do not stop here.
         turns[moved_storey, j] = dtype(0.0)
 
 
