@@ -152,10 +152,13 @@ def tilt_columns():
         end_row = FREE + 2 * member
         for j in range(LANES):
             chord_turn[j] = dtype(0.0)
-        for q in range(first_storey_of_member(member), first_storey_of_member(member + 1)):
+        q = int(first_storey_of_member(member))
+        q_end = first_storey_of_member(member + 1)
+        while q < q_end:
             floor = chord_storey(q)
             for j in range(LANES):
                 chord_turn[j] += terms[FIRST_CHORD_STOREY + q, j] * (drift_now[floor, j] - drift_then[floor, j])
+            q += 1
         for j in range(LANES):
             at_start = (terms[first_value, j] + terms[first_value + 1, j]) * chord_turn[j]
             at_end = (terms[first_value + 1, j] + terms[first_value + 2, j]) * chord_turn[j]
@@ -166,16 +169,22 @@ def tilt_columns():
     for k in range(FREE):
         for j in range(LANES):
             sum_now[j] = unbalanced[k, j]
-        for q in range(first_tilted_end(k), first_tilted_end(k + 1)):
+        q = int(first_tilted_end(k))
+        q_end = first_tilted_end(k + 1)
+        while q < q_end:
             end_place = tilted_end_at(q)
             for j in range(LANES):
                 sum_now[j] -= end_moment[end_place, j]
+            q += 1
         if CHORDS > 0:
-            for q in range(first_tilted_chord(k), first_tilted_chord(k + 1)):
+            q = int(first_tilted_chord(k))
+            q_end = first_tilted_chord(k + 1)
+            while q < q_end:
                 at_chord = FIRST_CHORD + tilted_chord_at(q)
                 end_place = 2 * member_of_tilted_chord(q)
                 for j in range(LANES):
                     sum_now[j] += terms[at_chord, j] * (end_moment[end_place, j] + end_moment[end_place + 1, j])
+                q += 1
         for j in range(LANES):
             unbalanced[k, j] = sum_now[j]
     for q in range(UNHINGED):
@@ -234,14 +243,20 @@ def unbalance_line():
         for j in range(LANES):
             chord_turn[j] = dtype(0.0)
         if CHORDS > 0:
-            for at_chord in range(first_of_member(member), first_of_member(member + 1)):
+            at_chord = int(first_of_member(member))
+            at_chord_end = first_of_member(member + 1)
+            while at_chord < at_chord_end:
                 chord_line = chord_row(at_chord)
                 for j in range(LANES):
                     chord_turn[j] += terms[FIRST_CHORD + at_chord, j] * turn[chord_line, j]
-        for q in range(first_storey_of_member(member), first_storey_of_member(member + 1)):
+                at_chord += 1
+        q = int(first_storey_of_member(member))
+        q_end = first_storey_of_member(member + 1)
+        while q < q_end:
             floor = chord_storey(q)
             for j in range(LANES):
                 chord_turn[j] += terms[FIRST_CHORD_STOREY + q, j] * drift_now[floor, j]
+            q += 1
         for j in range(LANES):
             start_turn = turn[start_joint, j] - chord_turn[j] + turn[end_row, j]
             end_turn = turn[end_joint, j] - chord_turn[j] + turn[end_row + 1, j]
@@ -265,22 +280,31 @@ def unbalance_line():
     for k in range(FREE):
         for j in range(LANES):
             sum_now[j] = unbalanced[k, j]
-        for q in range(first_end(k), first_end(k + 1)):
+        q = int(first_end(k))
+        q_end = first_end(k + 1)
+        while q < q_end:
             end_place = end_at(q)
             for j in range(LANES):
                 sum_now[j] += end_moment[end_place, j]
+            q += 1
         if CHORDS > 0:
-            for q in range(first_chord(k), first_chord(k + 1)):
+            q = int(first_chord(k))
+            q_end = first_chord(k + 1)
+            while q < q_end:
                 at_chord = FIRST_CHORD + chord_at(q)
                 end_place = 2 * member_of_chord(q)
                 for j in range(LANES):
                     sum_now[j] -= terms[at_chord, j] * (end_moment[end_place, j] + end_moment[end_place + 1, j])
+                q += 1
         for j in range(LANES):
             unbalanced[k, j] = sum_now[j]
             worst_balance[j] = larger(worst_balance[j], wp.abs(sum_now[j]))
     for floor in range(N):
-        for q in range(first_chord_of_storey(floor), first_chord_of_storey(floor + 1)):
+        q = int(first_chord_of_storey(floor))
+        q_end = first_chord_of_storey(floor + 1)
+        while q < q_end:
             at_chord = FIRST_CHORD_STOREY + chord_of_storey(q)
             end_place = 2 * member_of_storey(q)
             for j in range(LANES):
                 spring_force[floor, j] -= terms[at_chord, j] * (end_moment[end_place, j] + end_moment[end_place + 1, j])
+            q += 1

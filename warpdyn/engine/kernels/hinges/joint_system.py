@@ -127,10 +127,13 @@ def factorise_line():
     for q in range(ENTRIES):
         for j in range(LANES):
             entry_now[j] = dtype(0.0)
-        for at_sum in range(first_of_entry(q), first_of_entry(q + 1)):
+        at_sum = int(first_of_entry(q))
+        at_sum_end = first_of_entry(q + 1)
+        while at_sum < at_sum_end:
             at_value = value_of_entry(at_sum)
             for j in range(LANES):
                 entry_now[j] += condensed[at_value, j]
+            at_sum += 1
         for j in range(LANES):
             lower_factor[q, j] = entry_now[j]
     for q in range(BETWEEN_ROWS):
@@ -138,14 +141,19 @@ def factorise_line():
         for j in range(LANES):
             lower_factor[at_entry, j] += terms[FIRST_BETWEEN_ROWS + q, j]
     for member in range(MEMBERS if CHORDS > 0 else 0):
-        for q in range(first_of_chords(member), first_of_chords(member + 1)):
+        q = int(first_of_chords(member))
+        q_end = first_of_chords(member + 1)
+        while q < q_end:
             at_entry = entry_of_chord(q)
             first_coefficient = FIRST_CHORD + chord_of_entry(q)
             at_value = 3 * member + 2 * end_of_entry(q)
             for j in range(LANES):
                 row_sum = condensed[at_value, j] + condensed[3 * member + 1, j]
                 lower_factor[at_entry, j] -= terms[first_coefficient, j] * row_sum
-        for q in range(first_of_pairs(member), first_of_pairs(member + 1)):
+            q += 1
+        q = int(first_of_pairs(member))
+        q_end = first_of_pairs(member + 1)
+        while q < q_end:
             at_entry = entry_of_pair(q)
             first_coefficient = FIRST_CHORD + pair_row(q)
             second_coefficient = FIRST_CHORD + pair_column(q)
@@ -153,27 +161,34 @@ def factorise_line():
                 of_ends = condensed[3 * member, j] + condensed[3 * member + 2, j]
                 row_sum = of_ends + dtype(2.0) * condensed[3 * member + 1, j]
                 lower_factor[at_entry, j] += terms[first_coefficient, j] * terms[second_coefficient, j] * row_sum
+            q += 1
     for k in range(FREE):
         base_place = base_of_row(k)
         first_entry = first_column(k)
-        for other_row in range(first_entry, k):
+        other_row = int(first_entry)
+        while other_row < k:
             other_base = base_of_row(other_row)
             at_entry = base_place + other_row
             for j in range(LANES):
                 entry_now[j] = lower_factor[at_entry, j]
-            for q in range(wp.max(first_entry, first_column(other_row)), other_row):
+            q = int(wp.max(first_entry, first_column(other_row)))
+            while q < other_row:
                 for j in range(LANES):
                     entry_now[j] -= lower_factor[base_place + q, j] * lower_factor[other_base + q, j]
+                q += 1
             for j in range(LANES):
                 lower_factor[at_entry, j] = entry_now[j]
+            other_row += 1
         at_entry = base_place + k
         for j in range(LANES):
             entry_now[j] = lower_factor[at_entry, j]
-        for other_row in range(first_entry, k):
+        other_row = int(first_entry)
+        while other_row < k:
             for j in range(LANES):
                 scaled = lower_factor[base_place + other_row, j] * inverse_pivot[other_row, j]
                 entry_now[j] -= lower_factor[base_place + other_row, j] * scaled
                 lower_factor[base_place + other_row, j] = scaled
+            other_row += 1
         for j in range(LANES):
             inverse_pivot[k, j] = dtype(1.0) / entry_now[j]
 
@@ -195,19 +210,27 @@ def solve_line():
         base_place = base_of_row(k)
         for j in range(LANES):
             entry_now[j] = -unbalanced[k, j]
-        for q in range(first_end(k), first_end(k + 1)):
+        q = int(first_end(k))
+        q_end = first_end(k + 1)
+        while q < q_end:
             end_place = end_at(q)
             for j in range(LANES):
                 entry_now[j] += end_moment[end_place, j]
+            q += 1
         if CHORDS > 0:
-            for q in range(first_chord(k), first_chord(k + 1)):
+            q = int(first_chord(k))
+            q_end = first_chord(k + 1)
+            while q < q_end:
                 at_chord = FIRST_CHORD + chord_at(q)
                 end_place = 2 * member_of_chord(q)
                 for j in range(LANES):
                     entry_now[j] -= terms[at_chord, j] * (end_moment[end_place, j] + end_moment[end_place + 1, j])
-        for other_row in range(first_column(k), k):
+                q += 1
+        other_row = int(first_column(k))
+        while other_row < k:
             for j in range(LANES):
                 entry_now[j] -= lower_factor[base_place + other_row, j] * push[other_row, j]
+            other_row += 1
         for j in range(LANES):
             push[k, j] = entry_now[j]
             solved[k, j] = entry_now[j] * inverse_pivot[k, j]
@@ -222,9 +245,11 @@ def solve_line():
             push[k, j] = entry_now[j]
             largest_turn[j] = larger(largest_turn[j], wp.abs(entry_now[j]))
             energy_slope[j] += unbalanced[k, j] * entry_now[j]
-        for other_row in range(first_column(k), k):
+        other_row = int(first_column(k))
+        while other_row < k:
             for j in range(LANES):
                 solved[other_row, j] -= lower_factor[base_place + other_row, j] * entry_now[j]
+            other_row += 1
     for member in range(MEMBERS):
         first_value = FIRST_MEMBER + VALUES_OF_MEMBER * member
         start_joint = solved_of(2 * member)
@@ -233,10 +258,13 @@ def solve_line():
         if CHORDS > 0:
             for j in range(LANES):
                 chord_turn[j] = dtype(0.0)
-            for at_chord in range(first_of_member(member), first_of_member(member + 1)):
+            at_chord = int(first_of_member(member))
+            at_chord_end = first_of_member(member + 1)
+            while at_chord < at_chord_end:
                 chord_line = chord_row(at_chord)
                 for j in range(LANES):
                     chord_turn[j] += terms[FIRST_CHORD + at_chord, j] * solved[chord_line, j]
+                at_chord += 1
         for j in range(LANES):
             start_turn = solved[start_joint, j]
             end_turn = solved[end_joint, j]
