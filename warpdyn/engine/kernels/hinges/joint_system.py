@@ -1,9 +1,11 @@
 """The linear system of a frame with several bays and hinges: the massless displacements of its nodes.
 
 The hinges of a member are eliminated in closed form (see `joint_frame.py`). The remaining matrix is factorised as
-L D L^T, row by row, without the zeros before the first entry of each row.
+L D L^T, row by row, without the zeros before the first entry of each row. A narrow matrix is stored with a constant
+bandwidth, and the statements of a row are written out (`banded_rows.py`).
 """
 
+from warpdyn.engine.kernels.hinges.banded_rows import factor_of_row, reduction_of_row, solution_of_row
 from warpdyn.engine.kernels.hinges.layout import JointFrame, starts_of
 
 order = 5
@@ -24,7 +26,7 @@ def wanted(plan):
 
 def values_held(plan):
     line = plan.pattern.line
-    return line.entries + 2 * line.free + 6 * line.members
+    return line.entries + 3 * line.free + 6 * line.members
 
 
 def names(plan):
@@ -34,13 +36,14 @@ def names(plan):
     from warpdyn.engine.kernels.plan import DTYPES
 
     dtype, line, lanes = DTYPES[plan.dtype], plan.pattern.line, plan.lanes
-    bases, zero = line.bases, line.rows - 1
+    zero, band = line.rows - 1, line.band
+    bases = [band * row + band * (band + 2) for row in range(line.free)] if band else line.bases
     place = {(row, column): bases[row] + column for row in range(line.free) for column in range(row + 1)}
 
     def entry(row, column):
         return place[max(row, column), min(row, column)]
 
-    of_entries = [[] for _ in range(line.entries)]
+    of_entries = [[] for _ in range((band + 1) * (line.free + 2 * band) if band else line.entries)]
     of_chords, first_of_chords, ends_of_chords = [], [0], []
     pairs, first_of_pairs, chord = [], [0], 0
     for member, rows in enumerate(line.chords):
@@ -61,7 +64,13 @@ def names(plan):
         first_of_pairs.append(len(pairs))
         chord += len(rows)
     return {
-        "ENTRIES": line.entries,
+        "ENTRIES": len(of_entries),
+        "MEMBERS_WITH_CHORDS": line.members if chord else 0,
+        "BANDED": band > 0,
+        "BAND": band,
+        "FACTORISE_BANDED_ROW": factor_of_row(band),
+        "REDUCE_BANDED_ROW": reduction_of_row(band),
+        "SOLVE_BANDED_ROW": solution_of_row(band),
         "base_of_row": number_at(bases),
         "first_column": number_at(line.first_columns),
         "first_of_entry": number_at(starts_of(of_entries)),
@@ -77,8 +86,8 @@ def names(plan):
         "pair_row": number_at([each for _, each, _ in pairs]),
         "pair_column": number_at([each for _, _, each in pairs]),
         "linear_entry": number_at([entry(*each) for each in line.between_rows]),
-        "entry_rows": wp.types.matrix(shape=(line.entries, lanes), dtype=dtype),
-        "free_rows": wp.types.matrix(shape=(line.free + 1, lanes), dtype=dtype),
+        "entry_rows": wp.types.matrix(shape=(len(of_entries), lanes), dtype=dtype),
+        "free_rows": wp.types.matrix(shape=(line.free + max(1, 2 * band), lanes), dtype=dtype),
         "member_rows": wp.types.matrix(shape=(max(1, 3 * line.members), lanes), dtype=dtype),
         "pair_rows": wp.types.matrix(shape=(2, lanes), dtype=dtype),
     }
@@ -88,7 +97,8 @@ def declare():
     lower_factor = entry_rows()  # the matrix, then its factor L
     inverse_pivot = free_rows()
     entry_now = row()
-    solved = free_rows()  # corrections of the displacements of nodes; the last row, of supports, is 0
+    reduced = free_rows()  # right side after the forward substitution
+    solved = free_rows()  # corrections of the displacements of nodes; row FREE, of supports, is 0
     end_slope = pair_rows()  # stiffness of the hinges at both ends of a member
     flexibility = member_rows()  # rotations of a member's hinges per moment that acts on them: start, mixed, end
     condensed = member_rows()  # stiffness of a member with its hinges: start, mixed, end
@@ -140,7 +150,7 @@ def factorise_line():
         at_entry = linear_entry(q)
         for j in range(LANES):
             lower_factor[at_entry, j] += terms[FIRST_BETWEEN_ROWS + q, j]
-    for member in range(MEMBERS if CHORDS > 0 else 0):
+    for member in range(MEMBERS_WITH_CHORDS):
         q = int(first_of_chords(member))
         q_end = first_of_chords(member + 1)
         while q < q_end:
@@ -162,35 +172,42 @@ def factorise_line():
                 row_sum = of_ends + dtype(2.0) * condensed[3 * member + 1, j]
                 lower_factor[at_entry, j] += terms[first_coefficient, j] * terms[second_coefficient, j] * row_sum
             q += 1
-    for k in range(FREE):
-        base_place = base_of_row(k)
-        first_entry = first_column(k)
-        other_row = int(first_entry)
-        while other_row < k:
-            other_base = base_of_row(other_row)
-            at_entry = base_place + other_row
+    if BANDED:
+        for k in range(FREE):
+            first_place = (BAND + 1) * k
+            row_place = (BAND + 1) * (k + BAND)
+            for j in range(LANES):
+                FACTORISE_BANDED_ROW
+    else:
+        for k in range(FREE):
+            base_place = base_of_row(k)
+            first_entry = first_column(k)
+            other_row = int(first_entry)
+            while other_row < k:
+                other_base = base_of_row(other_row)
+                at_entry = base_place + other_row
+                for j in range(LANES):
+                    entry_now[j] = lower_factor[at_entry, j]
+                q = int(wp.max(first_entry, first_column(other_row)))
+                while q < other_row:
+                    for j in range(LANES):
+                        entry_now[j] -= lower_factor[base_place + q, j] * lower_factor[other_base + q, j]
+                    q += 1
+                for j in range(LANES):
+                    lower_factor[at_entry, j] = entry_now[j]
+                other_row += 1
+            at_entry = base_place + k
             for j in range(LANES):
                 entry_now[j] = lower_factor[at_entry, j]
-            q = int(wp.max(first_entry, first_column(other_row)))
-            while q < other_row:
+            other_row = int(first_entry)
+            while other_row < k:
                 for j in range(LANES):
-                    entry_now[j] -= lower_factor[base_place + q, j] * lower_factor[other_base + q, j]
-                q += 1
+                    scaled = lower_factor[base_place + other_row, j] * inverse_pivot[other_row, j]
+                    entry_now[j] -= lower_factor[base_place + other_row, j] * scaled
+                    lower_factor[base_place + other_row, j] = scaled
+                other_row += 1
             for j in range(LANES):
-                lower_factor[at_entry, j] = entry_now[j]
-            other_row += 1
-        at_entry = base_place + k
-        for j in range(LANES):
-            entry_now[j] = lower_factor[at_entry, j]
-        other_row = int(first_entry)
-        while other_row < k:
-            for j in range(LANES):
-                scaled = lower_factor[base_place + other_row, j] * inverse_pivot[other_row, j]
-                entry_now[j] -= lower_factor[base_place + other_row, j] * scaled
-                lower_factor[base_place + other_row, j] = scaled
-            other_row += 1
-        for j in range(LANES):
-            inverse_pivot[k, j] = dtype(1.0) / entry_now[j]
+                inverse_pivot[k, j] = dtype(1.0) / entry_now[j]
 
 
 def solve_line():
@@ -207,7 +224,6 @@ def solve_line():
                 terms[first_value + 1, j] * start_turn + terms[first_value + 2, j] * end_turn
             )
     for k in range(FREE):
-        base_place = base_of_row(k)
         for j in range(LANES):
             entry_now[j] = -unbalanced[k, j]
         q = int(first_end(k))
@@ -226,30 +242,41 @@ def solve_line():
                 for j in range(LANES):
                     entry_now[j] -= terms[at_chord, j] * (end_moment[end_place, j] + end_moment[end_place + 1, j])
                 q += 1
-        other_row = int(first_column(k))
-        while other_row < k:
+        if BANDED:
+            row_place = (BAND + 1) * (k + BAND)
             for j in range(LANES):
-                entry_now[j] -= lower_factor[base_place + other_row, j] * push[other_row, j]
-            other_row += 1
-        for j in range(LANES):
-            push[k, j] = entry_now[j]
-            solved[k, j] = entry_now[j] * inverse_pivot[k, j]
+                REDUCE_BANDED_ROW
+        else:
+            base_place = base_of_row(k)
+            other_row = int(first_column(k))
+            while other_row < k:
+                for j in range(LANES):
+                    entry_now[j] -= lower_factor[base_place + other_row, j] * reduced[other_row, j]
+                other_row += 1
+            for j in range(LANES):
+                reduced[k, j] = entry_now[j]
+                solved[k, j] = entry_now[j] * inverse_pivot[k, j]
     for j in range(LANES):
         largest_turn[j] = dtype(0.0)
         energy_slope[j] = dtype(0.0)
     for down in range(FREE):
         k = FREE - 1 - down
-        base_place = base_of_row(k)
+        if BANDED:
+            row_place = (BAND + 1) * (k + BAND)
+            for j in range(LANES):
+                SOLVE_BANDED_ROW
         for j in range(LANES):
             entry_now[j] = solved[k, j]
             push[k, j] = entry_now[j]
             largest_turn[j] = larger(largest_turn[j], wp.abs(entry_now[j]))
             energy_slope[j] += unbalanced[k, j] * entry_now[j]
-        other_row = int(first_column(k))
-        while other_row < k:
-            for j in range(LANES):
-                solved[other_row, j] -= lower_factor[base_place + other_row, j] * entry_now[j]
-            other_row += 1
+        if not BANDED:
+            base_place = base_of_row(k)
+            other_row = int(first_column(k))
+            while other_row < k:
+                for j in range(LANES):
+                    solved[other_row, j] -= lower_factor[base_place + other_row, j] * entry_now[j]
+                other_row += 1
     for member in range(MEMBERS):
         first_value = FIRST_MEMBER + VALUES_OF_MEMBER * member
         start_joint = solved_of(2 * member)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+WIDEST_BAND = 8  # half bandwidth of matrices whose rows are written out in the text of the kernel
 VALUES_OF_MEMBER = 3  # bending stiffness: start, between start and end, end [N m/rad]
 
 
@@ -77,6 +78,12 @@ class JointFrame:
     def entries(self) -> int:
         """Number of stored entries of the matrix."""
         return sum(row - first + 1 for row, first in enumerate(self.first_columns))
+
+    @property
+    def band(self) -> int:
+        """Half bandwidth of a matrix that is stored with a constant bandwidth; 0 for a matrix stored by profile."""
+        widest = max((row - first for row, first in enumerate(self.first_columns)), default=0)
+        return widest if widest <= WIDEST_BAND else 0
 
     @property
     def lengths(self) -> dict[str, int]:
