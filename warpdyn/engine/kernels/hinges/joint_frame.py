@@ -83,11 +83,12 @@ def names(plan):
         "upper_storey": number_at([storey for storey, _ in line.between_storeys]),
         "lower_storey": number_at([storey for _, storey in line.between_storeys]),
         "load_row": number_at(line.loads),
-        # Ends of members and chords that act on a row, one row after the other.
-        "first_end": number_at(starts_of(ends)),
-        "end_at": number_at([end for row in ends for end in row]),
-        "first_tilted_end": number_at(starts_of(tilted_ends)),
-        "tilted_end_at": number_at([end for row in tilted_ends for end in row]),
+        # Ends of members that act on a row, with the same number of ends for all rows; the last end has no moment.
+        "end_at": number_at(padded(ends, 2 * line.members)),
+        "tilted_end_at": number_at(padded(tilted_ends, 2 * line.members)),
+        "ADD_ENDS": sum_of_ends("end_at", most_ends(ends)),
+        "ADD_TILTED_ENDS": sum_of_ends("tilted_end_at", most_ends(tilted_ends)),
+        # Chords that act on a row, one row after the other.
         "first_chord": number_at(starts_of(chords)),
         "chord_at": number_at([chord for row in chords for chord, _ in row]),
         "member_of_chord": number_at([member for row in chords for _, member in row]),
@@ -97,7 +98,7 @@ def names(plan):
         "first_chord_of_storey": number_at(starts_of(storeys)),
         "chord_of_storey": number_at([chord for row in storeys for chord, _ in row]),
         "member_of_storey": number_at([member for row in storeys for _, member in row]),
-        "end_rows": wp.types.matrix(shape=(max(1, 2 * line.members), plan.lanes), dtype=DTYPES[plan.dtype]),
+        "end_rows": wp.types.matrix(shape=(2 * line.members + 1, plan.lanes), dtype=DTYPES[plan.dtype]),
     }
 
 
@@ -109,6 +110,21 @@ def rows_to_ends(line, members):
             if line.joints[end] < line.free:
                 found[line.joints[end]].append(end)
     return found
+
+
+def most_ends(ends):
+    """Return the largest number of ends that act on a row, at least 1."""
+    return max([1, *map(len, ends)])
+
+
+def padded(ends, unused):
+    """Return the ends that act on each row, one row after the other, filled up with the end `unused`."""
+    return [end for row in ends for end in [*row, *[unused] * (most_ends(ends) - len(row))]]
+
+
+def sum_of_ends(table, count):
+    """Return statements that add the moments of the ends that act on row k to row_sum, for lane j."""
+    return "\n".join(f"row_sum += end_moment[{table}({count} * k + {place}), j]" for place in range(count))
 
 
 def rows_to_chords(rows_of_members, count, members):
@@ -168,14 +184,9 @@ def tilt_columns():
             unbalanced[end_row + 1, j] -= at_end
     for k in range(FREE):
         for j in range(LANES):
-            sum_now[j] = unbalanced[k, j]
-        q = int(first_tilted_end(k))
-        q_end = first_tilted_end(k + 1)
-        while q < q_end:
-            end_place = tilted_end_at(q)
-            for j in range(LANES):
-                sum_now[j] -= end_moment[end_place, j]
-            q += 1
+            row_sum = -unbalanced[k, j]
+            ADD_TILTED_ENDS
+            sum_now[j] = -row_sum
         if CHORDS > 0:
             q = int(first_tilted_chord(k))
             q_end = first_tilted_chord(k + 1)
@@ -279,14 +290,9 @@ def unbalance_line():
             worst_balance[j] = larger(worst_balance[j], wp.abs(left_moment))
     for k in range(FREE):
         for j in range(LANES):
-            sum_now[j] = unbalanced[k, j]
-        q = int(first_end(k))
-        q_end = first_end(k + 1)
-        while q < q_end:
-            end_place = end_at(q)
-            for j in range(LANES):
-                sum_now[j] += end_moment[end_place, j]
-            q += 1
+            row_sum = unbalanced[k, j]
+            ADD_ENDS
+            sum_now[j] = row_sum
         if CHORDS > 0:
             q = int(first_chord(k))
             q_end = first_chord(k + 1)

@@ -225,14 +225,9 @@ def solve_line():
             )
     for k in range(FREE):
         for j in range(LANES):
-            entry_now[j] = -unbalanced[k, j]
-        q = int(first_end(k))
-        q_end = first_end(k + 1)
-        while q < q_end:
-            end_place = end_at(q)
-            for j in range(LANES):
-                entry_now[j] += end_moment[end_place, j]
-            q += 1
+            row_sum = -unbalanced[k, j]
+            ADD_ENDS
+            entry_now[j] = row_sum
         if CHORDS > 0:
             q = int(first_chord(k))
             q_end = first_chord(k + 1)
