@@ -5,16 +5,13 @@
 Ten storeys have 30 degrees of freedom and 40 walls. The hand-written programs are studies/peers/torsional_building.*;
 they are compiled and run in the same run as warpdyn. On a CPU, both use one thread. The study prints, and writes to
 torsional_speed.csv, the rates in steps times degrees of freedom per second, and for a GPU the registers of a thread and
-the bytes that do not fit in them. The figure torsional_speed.png shows the rates against the number of degrees of
-freedom. In each run of warpdyn, the kernels' time is the least of three.
+its bytes of local memory (of an H100 or H200). The figure torsional_speed.png shows the rates against the number of
+degrees of freedom. In each run of warpdyn, the kernels' time is the least of three.
 """
 
 from __future__ import annotations
 
 import csv
-import re
-import shutil
-import subprocess
 import tempfile
 from dataclasses import replace
 from pathlib import Path
@@ -24,6 +21,7 @@ import numpy as np
 import warp as wp
 from matplotlib.figure import Figure
 from parts.command_line import read_arguments, save_figures
+from parts.cubin import usage
 from peers import torsional_building as peer
 
 import warpdyn as wd
@@ -55,21 +53,14 @@ def rate(scene: wd.Scene, method: str, samples: int, device: str) -> float:
 
 
 def registers(scene: wd.Scene, method: str) -> dict[str, int]:
-    """Return the registers of a thread of the GPU's kernel, the bytes that do not fit, and the threads of a sample."""
+    """Return the registers of a thread of the GPU's kernel, its local memory [bytes], and the threads of a sample."""
     plan = plan_of(scene, dynamics_of(scene), method, "float32", is_gpu=True)
     kernel = build.build_kernel(build.undivided(replace(plan)))
-    assembler = shutil.which("ptxas")
-    found = {"threads_per_sample": plan.sections}
-    if assembler is None:
-        return found
     with tempfile.TemporaryDirectory() as folder:
-        wp.compile_aot_module(kernel.module, arch=90, module_dir=folder, use_ptx=True)
-        [source] = Path(folder).glob("*.ptx")
-        source.write_bytes(source.read_bytes().rstrip(b"\0"))
-        command = [assembler, "-v", "-arch=sm_90", str(source), "-o", str(source.with_suffix(".cubin"))]
-        said = subprocess.run(command, capture_output=True, text=True, check=True).stderr
-    spilled = sum(int(each) for each in re.findall(r"(\d+) bytes spill stores", said))
-    return found | {"registers": int(re.findall(r"Used (\d+) registers", said)[0]), "bytes_spilled": spilled}
+        wp.compile_aot_module(kernel.module, arch=90, module_dir=folder, use_ptx=False)
+        [binary] = Path(folder).glob("*.cubin")
+        found = usage(binary)
+    return {"threads_per_sample": plan.sections, "registers": found.registers, "local_bytes": found.local}
 
 
 def measured(samples: int, device: str) -> list[dict[str, object]]:

@@ -1,6 +1,7 @@
 """Kernels of every law x load and of every method compile for sm_90, and stay in its registers."""
 
 import itertools
+import sys
 from dataclasses import replace
 
 import pytest
@@ -13,12 +14,15 @@ from combination_cases import (
     sm90_plan,
 )
 from combined_rows import COMBINED, SOME
-from cubin import usage
+from conftest import ROOT
 from law_rows import rules_of
 from method_sources import thorough_unless
 
 from warpdyn.engine.kernels import build
 from warpdyn.engine.kernels.plan import Plan
+
+sys.path.insert(0, str(ROOT / "studies"))
+from parts.cubin import usage
 
 pytestmark = pytest.mark.as_shipped  # registers are what the optimiser leaves
 LIBRARY_SCRATCH, FEW_VALUES, MANY_VALUES = 40, 128, 8192  # bytes a thread

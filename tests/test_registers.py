@@ -1,10 +1,11 @@
 """The chain's kernels as a GPU runs them hold a whole history in registers: none of it goes to local memory."""
 
+import sys
 from dataclasses import replace
 
 import pytest
 import warp as wp
-from cubin import usage
+from conftest import ROOT
 from law_rows import rules_of
 
 import warpdyn as wd
@@ -12,6 +13,9 @@ from warpdyn.campaigns.integration.model import dynamics_of, plan_of
 from warpdyn.engine.kernels import build
 from warpdyn.engine.kernels.output_table import RECORDERS
 from warpdyn.engine.kernels.plan import Plan
+
+sys.path.insert(0, str(ROOT / "studies"))
+from parts.cubin import usage
 
 pytestmark = pytest.mark.as_shipped  # registers are what the optimiser leaves
 DRIFT, EVERY = ("drift",), tuple(sorted(RECORDERS["chain"]))

@@ -245,6 +245,8 @@ class PausedEnsemble:
             launch = Launch(group.plan, inputs, group.count, group.substeps, group.order, self._ones)
             wp.synchronize_device(self.device)
             self.queue.launch([launch], [output, self._history, paused])
+        # A GPU still reads the samples of the packet and the ends of the runs, and writes the states.
+        wp.synchronize_device(self.device)
 
     @cached_property
     def _ones(self) -> np.ndarray:
