@@ -2,8 +2,11 @@
 
 Unknowns are the rotations of joints, the vertical displacements of joints over a length, and the rotations of hinges.
 The floors' displacements are known in a stage. The moments at both ends of a member are K (z + r): K is its bending
-stiffness, z the rotations of its joints relative to its chord, r those of its hinges. With flexibilities f of the
-hinges, the hinges are eliminated in closed form: the member's stiffness is K E with E = (1 + f K)^-1.
+stiffness, z the rotations of its joints relative to its chord, r those of its hinges. With slopes S of the hinges, the
+hinges are eliminated in closed form: r = -(K + S)^-1 K z, and the member's stiffness is K (K + S)^-1 S.
+
+Sums of moments are gathered row by row. Additions to rows with run-time indices would be computed lane by lane, because
+the compiler cannot know that two rows differ.
 
 Stiffness that does not depend on hinges (axial stiffness of members, braces, springs of supports, members without
 hinges) is a list of entries of a symmetric matrix. Forces of all members on the floors are added up to storey shears.
