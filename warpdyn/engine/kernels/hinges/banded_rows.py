@@ -1,8 +1,8 @@
 """Text of the statements that factorise and solve a banded system, for one row and one lane.
 
 The matrix is stored by rows: from the first column of the band to the diagonal. BAND rows of zeros before and after the
-matrix stand for columns that do not exist. If all places within a row are written out, a CPU computes all lanes at once
-without loops over the band.
+matrix take the place of columns that do not exist. If all places within a row are written out, a CPU computes all lanes
+at once without loops over the band.
 """
 
 from __future__ import annotations
