@@ -5,13 +5,15 @@
 The Hazus C1M high-code building of studies/p695_fragility.py has random parameters. A far-field record of FEMA P-695,
 scaled to a peak of 0.8 g, arrives in packets of 0.1 s. Some packets are late or repeated, as over a radio link. After
 each packet, the study keeps the damage-state probabilities and the quantiles of the drift. Finally it compares the
-result with `simulate` for the whole record, bit by bit. The study writes live_damage.nc and a figure.
+result with `simulate` for the whole record, bit by bit. The study writes live_damage.nc and a figure. With --display it
+prints the address of a page that shows the answers in a browser, and plays the record back in real time.
 """
 
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
+from contextlib import ExitStack
 
 import numpy as np
 import xarray as xr
@@ -56,17 +58,34 @@ def disturbed(motion: wd.GroundMotion, random: np.random.Generator) -> Iterator[
     yield from (each for due, each in late if due > number)
 
 
-def follow(scene: wd.Scene, structures: int, seed: int, device: str | None) -> tuple[xr.Dataset, xr.Dataset]:
-    """Return the answers over time, and the run of the whole record."""
+def in_real_time(packets: Iterable[wd.packets.Packet]) -> Iterator[wd.packets.Packet]:
+    """Yield each packet when its last sample has been measured, or at once if that time has passed."""
+    began = time.monotonic()
+    for packet in packets:
+        end = packet.start + np.size(packet.acceleration) * packet.step
+        time.sleep(max(0.0, began + end - time.monotonic()))
+        yield packet
+
+
+def follow(
+    scene: wd.Scene, structures: int, seed: int, device: str | None, is_shown: bool = False
+) -> tuple[xr.Dataset, xr.Dataset]:
+    """Return the answers over time, and the run of the whole record; `is_shown`: show them on a page, in real time."""
     execution = wd.Execution(device=device)
     live = wd.Live(scene, structures, seed=seed, limits=LIMITS, execution=execution)
     motion, found = scene.excitation.motions[0], []
-    for packet in disturbed(motion, np.random.default_rng(seed)):
-        began = time.perf_counter()
-        answer = live.push(packet)
-        kept = answer[["damage_probability", "peak_storey_drift_ratio_quantile"]]
-        seconds = ((), time.perf_counter() - began, {"long_name": "time that the answer took", "units": "s"})
-        found.append(kept.assign(seconds_of_answer=seconds))
+    packets = disturbed(motion, np.random.default_rng(seed))
+    with ExitStack() as stack:
+        if is_shown:
+            display = stack.enter_context(wd.LiveDisplay(live))
+            input(f"open {display.url} in a browser, then press Enter to start the record ")
+            packets = in_real_time(packets)
+        for packet in packets:
+            began = time.perf_counter()
+            answer = live.push(packet)
+            kept = answer[["damage_probability", "peak_storey_drift_ratio_quantile"]]
+            seconds = ((), time.perf_counter() - began, {"long_name": "time that the answer took", "units": "s"})
+            found.append(kept.assign(seconds_of_answer=seconds))
     counts = {name: answer.attrs[name] for name in ("packets", "duplicate_packets", "gaps_closed")}
     answers = xr.concat(found, "time", combine_attrs="drop_conflicts", data_vars="all").assign_attrs(counts)
     return answers, live.finish()
@@ -97,7 +116,10 @@ def draw(answers: xr.Dataset, motion: wd.GroundMotion) -> Figure:
 
 def main() -> None:
     """Run the study from the command line."""
-    arguments = read_arguments(__doc__, 10_000, meaning="structures in the ensemble", counted="structures")
+    shown = {"display": "show the answers in a browser of this computer, and play the record back in real time"}
+    arguments = read_arguments(
+        __doc__, 10_000, meaning="structures in the ensemble", counted="structures", switches=shown
+    )
     target = file_in(arguments.out, "live_damage.nc")
     motion = record()
     scene = wd.Scene(
@@ -109,7 +131,7 @@ def main() -> None:
         collapse_drift_ratio=0.10,
         title="Damage of a five-storey building while a record arrives",
     )
-    answers, run = follow(scene, arguments.structures, arguments.seed, arguments.device)
+    answers, run = follow(scene, arguments.structures, arguments.seed, arguments.device, arguments.display)
     whole = wd.simulate(scene, structures=arguments.structures, seed=arguments.seed, device=arguments.device)
     is_same = all(run[name].equals(whole[name]) for name in whole.variables)
     seconds = 1000 * answers["seconds_of_answer"].values[1:]  # the first answer takes longer

@@ -32,7 +32,7 @@ LAYERS = {
         "inference",
     ),
     "answers": ("fragility", "risk", "sensitivity", "reliability", "contents"),
-    "interfaces": ("exchange", "plots", "reports", "hybrid", "command_line"),
+    "interfaces": ("exchange", "plots", "reports", "hybrid", "live_display", "command_line"),
 }
 PACKAGES = [f"{layer}.{package}" for layer, packages in LAYERS.items() for package in packages]
 MOST_FILES = 13  # a dozen, and `__init__.py`

@@ -90,6 +90,31 @@ def test_the_answer_is_that_of_simulate_for_the_record_so_far():
         np.testing.assert_allclose(answer["peak_storey_drift_ratio_quantile"], quantiles)
 
 
+def test_answers_without_samples_have_the_same_statistics(run):
+    whole, light = live(), live(keep_samples=False)
+    for first, values in pieces(np.random.default_rng(12)):
+        due, answer = (each.push(values, start=first * STEP) for each in (whole, light))
+        assert set(due.data_vars) - set(answer.data_vars) == {
+            name for name in due.data_vars if "sample" in due[name].dims
+        }
+        assert set(answer.data_vars) - set(due.data_vars) == {"failed_count"}
+        for name in ("peak_storey_drift_quantile", "peak_storey_drift_ratio_quantile", "damage_probability", "time"):
+            assert answer[name].identical(due[name])
+        assert answer["failed_count"].sel(failure="diverged") == 0
+        assert answer.attrs["packets"] == due.attrs["packets"]
+    assert same(light.finish(), run)
+    with pytest.raises(TypeError, match="keep_samples must be True or False, got 'no'"):
+        live(keep_samples="no")
+
+
+def test_an_answer_keeps_its_values():
+    ensemble = live(keep_samples=False)
+    first = ensemble.push(MOTION.acceleration[:100])
+    kept = first.copy(deep=True)
+    ensemble.push(MOTION.acceleration[100:])
+    assert first.identical(kept)
+
+
 @pytest.mark.meant_as_given("yield_drift_ratio", "yield_base_shear_coefficient")
 def test_an_elastic_building_has_the_drifts_of_scipy():
     """SciPy's `lsim` is exact for a motion that is linear between its samples; RK4 with 0.01 s errs by 1e-4."""

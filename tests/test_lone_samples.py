@@ -19,6 +19,7 @@ CASES = [
     ("bilinear", 2, DRIFT, True, "stoermer"),
     ("bilinear", 2, ("drift", "time_of_peak"), True, "rk4"),
     ("bilinear", 2, ("acceleration", "drift", "energy"), True, "rk4"),
+    ("bouc_wen", 2, ("acceleration", "drift", "energy"), False, "stoermer"),  # its memory follows the drift
 ]
 
 

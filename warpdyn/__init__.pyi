@@ -98,6 +98,7 @@ from .interfaces.exchange.regional.building_files import write_building_results 
 from .interfaces.exchange.regional.openquake_damages import write_openquake_damages as write_openquake_damages
 from .interfaces.exchange.regional.r2d_results import write_r2d_results as write_r2d_results
 from .interfaces.exchange.tables import write_table as write_table
+from .interfaces.live_display.display import LiveDisplay as LiveDisplay
 from .interfaces.reports.run_report import report as report
 from .interfaces.reports.summary import summary as summary
 from .model import control as control, inventories as inventories, sites as sites

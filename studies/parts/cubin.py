@@ -8,7 +8,7 @@ from pathlib import Path
 
 FRAME_SIZE, REGISTER_COUNT = 0x11, 0x2F  # attributes of .nv.info, each of a symbol and a value
 SYMBOL_TABLE = 2  # type of an ELF section
-SIZED = 4  # format of an attribute whose value has a size of its own
+SIZED = 4  # format of an attribute that states the size of its value
 
 
 @dataclass(frozen=True)

@@ -7,16 +7,17 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 import xarray as xr
 
-from warpdyn.campaigns.integration.dynamics import Arrays
-from warpdyn.campaigns.integration.ensemble import Ensemble
 from warpdyn.campaigns.integration.model import Model
 from warpdyn.campaigns.integration.stability_guard import blank_failed
-from warpdyn.campaigns.reductions.limits import NO_DAMAGE, DamageLimits, Limit, magnitudes
+from warpdyn.campaigns.live.paused_ensemble import PausedEnsemble
+from warpdyn.campaigns.live.sample_statistics import SampleStatistics
+from warpdyn.campaigns.reductions.limits import NO_DAMAGE, DamageLimits, Limit
 from warpdyn.campaigns.reductions.population import Population
+from warpdyn.campaigns.reductions.tally import FAILURES
 from warpdyn.campaigns.running.labels import columns_of, fill_outcomes, labelled
 from warpdyn.campaigns.running.tables import blank_rows
-from warpdyn.foundations.core.checks import finite_numbers
-from warpdyn.foundations.core.output_variables import COLLAPSED, DIVERGED
+from warpdyn.foundations.core.checks import finite_numbers, true_or_false
+from warpdyn.foundations.core.output_variables import DIVERGED
 from warpdyn.foundations.files.netcdf import trace
 
 # Variables that are known only after the end of the free vibration, and inputs of the run.
@@ -32,6 +33,7 @@ class Answers:
         structures: Number of structures.
         limits: Limits of the damage states, from the lightest to the heaviest, as in `fragility`; None: no states.
         quantiles: Quantiles of the demands that are returned [1].
+        keep_samples: Whether answers contain the demands of each sample.
 
     Raises:
         ValueError, TypeError: If a limit or quantile is invalid, or the scene does not record a limited demand.
@@ -43,8 +45,9 @@ class Answers:
         structures: int,
         limits: Mapping[str, Limit] | None,
         quantiles: Sequence[float] | np.ndarray,
+        keep_samples: bool,
     ) -> None:
-        self.model = model
+        self.model, self.keep_samples = model, true_or_false("keep_samples", keep_samples)
         self.quantiles = np.atleast_1d(finite_numbers("quantiles", quantiles))
         if self.quantiles.ndim != 1 or not np.all((self.quantiles >= 0) & (self.quantiles <= 1)):
             raise ValueError(f"quantiles must be numbers from 0 to 1, such as (0.16, 0.5, 0.84), got {quantiles}")
@@ -70,63 +73,69 @@ class Answers:
                 span = population.counted_places(name, np.arange(1), added_storeys=False)
                 self._counted[name] = slice(None) if span is None else slice(*span)
 
-    def of(self, ensemble: Ensemble, outputs: Arrays, time: float, attributes: Mapping[str, object]) -> xr.Dataset:
+        self._statistics: SampleStatistics | None = None
+        self._form = xr.Dataset()  # the labels of all answers
+
+    def begin_statistics(self, paused: PausedEnsemble) -> None:
+        """Compile the kernels of the statistics, and reserve their memory on the device of an ensemble."""
+        self._statistics = SampleStatistics(paused, self._demands, self.quantiles, self.limits, self._counted)
+        self._form = self._labelled(paused.ensemble.size)
+
+    def of(self, paused: PausedEnsemble, time: float, attributes: Mapping[str, object]) -> xr.Dataset:
         """Return the dataset of an answer.
 
         Args:
-            ensemble: The samples.
-            outputs: Outputs of the kernel by name, shape [sample, ...]; they are changed.
+            paused: The ensemble of `begin_statistics`, whose outputs are written.
             time: Time since the start of the motion up to which the samples are integrated [s].
             attributes: Attributes of the dataset that describe the packets.
         """
-        blank_failed({name: values.T for name, values in outputs.items()}, outputs["status"] >= DIVERGED)
-        rows = dict(outputs)
+        assert self._statistics is not None
+        found = self._statistics.find()
+        values: dict[str, np.ndarray] = self._of_samples(paused) if self.keep_samples else {}
+        values |= {f"{name}_quantile": of_demand for name, of_demand in found.quantiles.items()}
+        if self.limits is not None:
+            samples = found.in_state.sum()
+            values["damage_probability"] = found.in_state / samples if samples else np.full(found.in_state.size, np.nan)
+        if not self.keep_samples:
+            values["failed_count"] = found.of_status[DIVERGED:]
+        answer = self._form.copy(data=values)
+        answer.variables["time"].values = np.array(time)
+        answer.attrs = trace(self.model.scene.title, "Live") | dict(attributes)
+        return answer
+
+    def _of_samples(self, paused: PausedEnsemble) -> dict[str, np.ndarray]:
+        """Return the recorded variables of each sample; demands of failed samples are NaN."""
+        rows = paused.read_outputs()
+        blank_failed({name: values.T for name, values in rows.items()}, rows["status"] >= DIVERGED)
         if "peak_storey_drift_ratio" in self._columns:
-            rows["peak_storey_drift_ratio"] = np.empty_like(outputs["peak_storey_drift"])
-        fill_outcomes(ensemble, rows)
+            rows["peak_storey_drift_ratio"] = np.empty_like(rows["peak_storey_drift"])
+        fill_outcomes(paused.ensemble, rows)
+        return {name: rows[name] for name in self._recorded}
+
+    def _labelled(self, samples: int) -> xr.Dataset:
+        """Return a dataset with the labels of all answers and blank values."""
         variables: dict[str, tuple] = {}
-        for name in self._recorded:
+        for name in self._recorded if self.keep_samples else ():
             label = self._labels[name]
-            variables[name] = (label.dims, rows[name], label.attrs)
-        ended = outputs["status"] < DIVERGED
-        everything = bool(ended.all())
+            blank = np.broadcast_to(np.zeros((), label.dtype), (samples, *label.shape[1:]))
+            variables[name] = (label.dims, blank, label.attrs)
         for name in self._demands:
             label = self._labels[name]
-            values = rows[name] if everything else rows[name][ended]
-            found = _quantiles(values, self.quantiles)
             text = label.attrs | {"long_name": f"quantile among the samples of: {label.attrs['long_name']}"}
-            variables[f"{name}_quantile"] = (("quantile", *label.dims[1:]), found, text)
+            blank = np.broadcast_to(np.nan, (self.quantiles.size, *label.shape[1:]))
+            variables[f"{name}_quantile"] = (("quantile", *label.dims[1:]), blank, text)
         coordinates: dict[str, tuple | xr.Variable] = {
-            "time": ((), time, {"long_name": "time since the start of the motion", "units": "s"}),
+            "time": ((), 0.0, {"long_name": "time since the start of the motion", "units": "s"}),
             "quantile": ("quantile", self.quantiles, {"long_name": "quantile", "units": "1"}),
             **self._places,
         }
         if self.limits is not None:
-            states = [NO_DAMAGE, *self.limits.states]
+            states = np.array([NO_DAMAGE, *self.limits.states])
             share = {"long_name": "share of the samples in the damage state", "units": "1"}
-            variables["damage_probability"] = ("damage_state", self._shares(rows, ended), share)
-            coordinates["damage_state"] = ("damage_state", np.array(states), {"long_name": "damage state"})
-        described = trace(self.model.scene.title, "Live") | dict(attributes)
-        return xr.Dataset(variables, coordinates, described)
-
-    def _shares(self, rows: Arrays, ended: np.ndarray) -> np.ndarray:
-        """Return the share of the samples that are in each damage state [1], shape [damage_state]; NaN: all failed."""
-        assert self.limits is not None
-        state = np.zeros(ended.size, dtype=np.int64)
-        for name, limits in zip(self.limits.demands, self.limits.values, strict=True):
-            values = magnitudes(name, rows[name])
-            worst = values[:, self._counted[name]].max(axis=1) if values.ndim > 1 else values
-            for number, limit in enumerate(limits, 1):
-                if not np.isnan(limit):
-                    state[worst > limit] = np.maximum(state[worst > limit], number)
-        heaviest = len(self.limits.states)
-        state[rows["status"] == COLLAPSED] = heaviest
-        counts = np.bincount(state[ended], minlength=heaviest + 1)
-        return counts / counts.sum() if counts.sum() else np.full(heaviest + 1, np.nan)
-
-
-def _quantiles(values: np.ndarray, quantiles: np.ndarray) -> np.ndarray:
-    """Return quantiles of values over the first dimension, shape [quantile, ...]; NaN if there is no sample."""
-    if not len(values):
-        return np.full((quantiles.size, *values.shape[1:]), np.nan)
-    return np.quantile(values.astype(np.float64), quantiles, axis=0)
+            variables["damage_probability"] = ("damage_state", np.zeros(states.size), share)
+            coordinates["damage_state"] = ("damage_state", states, {"long_name": "damage state"})
+        if not self.keep_samples:
+            said = {"long_name": "samples that are not counted, because their integration failed", "units": "1"}
+            variables["failed_count"] = ("failure", np.zeros(len(FAILURES), dtype=np.int64), said)
+            coordinates["failure"] = ("failure", np.array(FAILURES), {"long_name": "status of samples that failed"})
+        return xr.Dataset(variables, coordinates)

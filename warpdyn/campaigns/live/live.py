@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 
 import numpy as np
 import xarray as xr
@@ -22,7 +22,7 @@ from warpdyn.campaigns.live.packets.receiver import Receiver
 from warpdyn.campaigns.live.packets.refused import RefusedPacket
 from warpdyn.campaigns.live.packets.track import Track
 from warpdyn.campaigns.live.paused_ensemble import PausedEnsemble
-from warpdyn.campaigns.reductions.limits import Limit
+from warpdyn.campaigns.reductions.limits import DamageLimits, Limit
 from warpdyn.engine.kernels.build import load_kernel
 from warpdyn.engine.kernels.queues import open_queues
 from warpdyn.foundations.core.checks import check_kind, one_of, real_number
@@ -53,6 +53,9 @@ class Live:
         limits: Limits of the damage states, from the lightest to the heaviest, as in `fragility`, such as
             {"slight": 0.005, "complete": 0.04} (storey drift ratios [1]); None: no damage states.
         quantiles: Quantiles of all demands among the samples [1].
+        keep_samples: Whether answers contain the demands of each sample. False: only their quantiles, the damage-state
+            probabilities and `failed_count`; on a GPU nothing else is copied to the host, so that answers take less
+            time. The run of `finish` always contains all samples.
         unit: Unit of the accelerations, one of `records.UNITS`.
         sampling_step: Sampling step of the packets [s] if it is not that of the scene's motion; the packets are then
             resampled by linear interpolation.
@@ -61,6 +64,10 @@ class Live:
             further packets until the missing samples arrive, or `bridge` is called.
         integration: How the structures are integrated; None: as by `simulate`.
         execution: Device and threads; None: the first GPU, or all CPU threads.
+
+    Attributes:
+        observers: Functions that are called with each answer before `push` or `bridge` returns it, such as that of a
+            LiveDisplay. They must not change the answer.
 
     Raises:
         ValueError: If an argument is out of its range, or the scene cannot be integrated while its motion arrives.
@@ -86,6 +93,7 @@ class Live:
         seed: int = 0,
         limits: Mapping[str, Limit] | None = None,
         quantiles: Sequence[float] | np.ndarray = QUANTILES,
+        keep_samples: bool = True,
         unit: str = "m/s2",
         sampling_step: float | None = None,
         patience: float = 2.0,
@@ -121,17 +129,24 @@ class Live:
         findings = run.findings[0]
         shorten_steps(ensemble, vibration, findings, divides=run.integration.divides_steps)
         guard(ensemble, vibration, integration.on_unstable, findings)
-        self._answers = Answers(run.model, self.structures, limits, quantiles)
+        self._answers = Answers(run.model, self.structures, limits, quantiles, keep_samples)
         self.paused = PausedEnsemble(ensemble)
+        self._answers.begin_statistics(self.paused)
         for group in self.paused.groups:  # compiled now, so that the first packet does not wait
             load_kernel(group.plan, self.paused.device)
         self.is_finished = False
+        self.observers: list[Callable[[xr.Dataset], object]] = []
         self._seconds_integrating = 0.0  # of all packets
 
     @property
     def time(self) -> float:
         """Time since the first sample of the motion up to which the structures are integrated [s]."""
         return self.paused.intervals * self.step
+
+    @property
+    def limits(self) -> DamageLimits | None:
+        """Limits of the damage states; None: no damage states."""
+        return self._answers.limits
 
     @property
     def record(self) -> np.ndarray:
@@ -210,12 +225,14 @@ class Live:
             that ends here without free vibration; `..._quantile` of each demand, over `quantile`; and, with limits,
             `damage_probability(damage_state)` [1], the share of the samples in each state. A collapsed sample is in
             the heaviest state; failed samples do not count. Residual drifts are missing until `finish`. The attributes
-            count the packets, and contain the lag behind real time and the drift of the clock [s].
+            count the packets, and contain the lag behind real time and the drift of the clock [s]. With
+            `keep_samples=False`, the demands of every sample are left out, and `failed_count(failure)` is the number of
+            failed samples.
         """
         if not len(self.record):
             raise ValueError("no sample of all components has arrived yet: call push() first")
-        outputs = self.paused.outputs(self.record[-1:], self.paused.intervals)
-        return self._answers.of(self.paused.ensemble, outputs, self.time, self.arriving.report(self.time))
+        self.paused.write_outputs(self.record[-1:], self.paused.intervals)
+        return self._answers.of(self.paused, self.time, self.arriving.report(self.time))
 
     def finish(self) -> xr.Dataset:
         """End the motion, integrate the free vibration after it, and return the run as a dataset.
@@ -252,7 +269,10 @@ class Live:
             self.paused.advance(np.concatenate([self.record[-1:], values]))
             self._seconds_integrating += time.perf_counter() - began
         self.arriving.keep(values, receiver)
-        return self.answer() if len(self.record) else xr.Dataset(attrs=self.arriving.report(self.time))
+        answer = self.answer() if len(self.record) else xr.Dataset(attrs=self.arriving.report(self.time))
+        for observe in self.observers:
+            observe(answer)
+        return answer
 
     def _check_open(self) -> None:
         if self.is_finished:

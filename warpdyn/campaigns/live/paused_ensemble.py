@@ -13,15 +13,16 @@ from warpdyn.campaigns.integration.dynamics import Arrays
 from warpdyn.campaigns.integration.ensemble import Ensemble
 from warpdyn.campaigns.integration.time_grid import Schedule
 from warpdyn.engine.kernels import arguments
-from warpdyn.engine.kernels.auxiliary.interpolation import interpolated
+from warpdyn.engine.kernels.auxiliary.interpolation import write_interpolated
 from warpdyn.engine.kernels.build import pausing_of
 from warpdyn.engine.kernels.kernel_cache import THREADS_OF_A_BLOCK
 from warpdyn.engine.kernels.pausing.paused_text import Pausing
-from warpdyn.engine.kernels.plan import DTYPES, Plan, paused_struct
+from warpdyn.engine.kernels.plan import DTYPES, Plan, output_struct, paused_struct, structs
 from warpdyn.engine.kernels.queues import Launch
 from warpdyn.model.ground_motions.excitation import MOST_STEPS
 
 LAST = 2**31 - 1  # an interval after the end of every run
+ROOM = 2**10  # least number of accelerations in the memory of a packet
 
 
 @dataclass
@@ -36,6 +37,7 @@ class Group:
         inputs: Structs Control, Samples and Structure of the launch.
         order: Indices of the samples in the order of the launch, shape [sample].
         state: Values that the kernel stores when it pauses: {field of the struct Paused: array [row, column]}.
+        paused: Struct Paused with the arrays `state`.
     """
 
     plan: Plan
@@ -45,6 +47,7 @@ class Group:
     inputs: tuple[Any, Any, Any]
     order: np.ndarray
     state: dict[str, wp.array]
+    paused: Any
 
     @property
     def pausing(self) -> Pausing:
@@ -71,6 +74,7 @@ class PausedEnsemble:
         self._base = ensemble.model.packed_loads()
         self._components = max(1, ensemble.scene.excitation.base_components)
         self._history = self.queue.upload("History", {}, self.dtype)
+        self._loads: dict[int, Any] = {}  # structs Load, by `Group.finer`; their arrays are kept for the next packet
         self.groups = [self._group(launch) for launch in self._launches()]
 
     def _launches(self) -> list[Launch]:
@@ -94,7 +98,10 @@ class PausedEnsemble:
             name: wp.zeros((pausing.rows(name), columns), dtype=kind, device=self.device)
             for name, kind in types.items()
         }
-        return Group(plan, finer, launch.substeps, launch.count, launch.inputs[:3], launch.order, state)
+        paused = paused_struct(self.dtype)()
+        for name, array in state.items():
+            setattr(paused, name, array)
+        return Group(plan, finer, launch.substeps, launch.count, launch.inputs[:3], launch.order, state, paused)
 
     def advance(self, values: np.ndarray) -> None:
         """Integrate all intervals of the motion that these samples end.
@@ -116,7 +123,7 @@ class PausedEnsemble:
         if count < 1:
             return
         self.is_whole = False  # an interruption leaves some samples behind the others
-        self._launch(values, self.most_intervals, self.most_intervals, self._ignored, count)
+        self._launch(values, self.most_intervals, self.most_intervals, count)
         self.intervals += count
         self.is_whole = True
 
@@ -131,6 +138,14 @@ class PausedEnsemble:
     def outputs(self, values: np.ndarray, motion: int, schedule: Schedule | None = None) -> Arrays:
         """Integrate the rest of a run, and return all its outputs by name, shape [sample, ...]; no state changes.
 
+        Arguments: see `write_outputs`.
+        """
+        self.write_outputs(values, motion, schedule)
+        return self.read_outputs()
+
+    def write_outputs(self, values: np.ndarray, motion: int, schedule: Schedule | None = None) -> None:
+        """Integrate the rest of a run, and write all its outputs to `output`; no state changes.
+
         Args:
             values: Accelerations [m/s2] from the last integrated sample to the last sample, shape [time, component].
             motion: Number of intervals of the whole motion.
@@ -138,14 +153,34 @@ class PausedEnsemble:
                 the residual drift; None: the run ends with the motion.
         """
         self.check_whole()
-        rows = self.ensemble.model.blank_outputs(self.ensemble.size)
-        output = self.queue.blank(rows, self.dtype)
+        struct = output_struct(self.dtype, self.ensemble.model.shapes)
+        for name in self.ensemble.model.shapes:
+            getattr(self.output, name).fill_(arguments.blank_value(struct, name))
         if schedule is not None:
             self.groups[0].inputs[1].residual_steps.assign(schedule.residual_steps.astype(np.int32))
-        self._launch(values, motion, motion if schedule is None else schedule.run_intervals, output, None)
-        self.queue.start_reading(output, {name: array.shape for name, array in rows.items()})
-        self.queue.read_into(rows)
+        self._launch(values, motion, motion if schedule is None else schedule.run_intervals, None)
+
+    def read_outputs(self) -> Arrays:
+        """Return all outputs that `write_outputs` has written, by name, as new arrays of shape [sample, ...]."""
+        rows = self.ensemble.model.blank_outputs(self.ensemble.size)
+        if self.device == "cpu":
+            for name, values in rows.items():
+                np.copyto(values, getattr(self.output, name).numpy().T)
+        else:
+            self.queue.start_reading(self.output, {name: array.shape for name, array in rows.items()})
+            self.queue.read_into(rows)
         return rows
+
+    @cached_property
+    def output(self) -> Any:
+        """Struct Output whose arrays, shape [..., sample], are on the device and are used again by each launch."""
+        shapes, size = self.ensemble.model.shapes, self.ensemble.size
+        struct = output_struct(self.dtype, shapes)
+        output = struct()
+        for name, shape in shapes.items():
+            kind = struct.vars[name].type.dtype
+            setattr(output, name, wp.empty((*reversed(shape), size), dtype=kind, device=self.device))
+        return output
 
     def states(self) -> Arrays:
         """Return the values that live between two intervals, by the name of the kernel's variable.
@@ -223,39 +258,49 @@ class PausedEnsemble:
         if any(group.plan.sections > 1 for group in self.groups):
             raise ValueError("the states of tall chains on a GPU are divided among threads: give device='cpu'")
 
-    @cached_property
-    def _ignored(self) -> Any:
-        """Struct Output for launches that pause and write no outputs."""
-        return self.queue.blank(self.ensemble.model.blank_outputs(self.ensemble.size), self.dtype)
-
-    def _launch(self, values: np.ndarray, motion: int, run: int | np.ndarray, output: Any, count: int | None) -> None:
+    def _launch(self, values: np.ndarray, motion: int, run: int | np.ndarray, count: int | None) -> None:
         """Integrate `count` intervals and pause, or, if `count` is None, integrate to the end of the run."""
         self.queue.begin()  # deletes the times of earlier launches
         loads = {finer: self._load(values, motion, finer) for finer in {group.finer for group in self.groups}}
         run_intervals = self.groups[0].inputs[1].run_intervals  # all groups share this array
-        run_intervals.assign(np.broadcast_to(np.asarray(run, np.int32), self.ensemble.size))
+        costs: np.ndarray  # intervals of each sample in this launch, by which a CPU divides it among its threads
+        if isinstance(run, np.ndarray):
+            run_intervals.assign(run.astype(np.int32))
+            costs = np.maximum(run - self.intervals, 1)
+        else:
+            run_intervals.fill_(run)
+            costs = np.broadcast_to(max(len(values) - 1, 1), self.ensemble.size)
         for group in self.groups:
-            paused = paused_struct(self.dtype)()
+            paused = group.paused
             paused.first = self.intervals * group.finer
             paused.last = LAST if count is None else paused.first + count * group.finer
             paused.stores = 0 if count is None else 1
-            for name, array in group.state.items():
-                setattr(paused, name, array)
             inputs = (*group.inputs, loads[group.finer])
-            launch = Launch(group.plan, inputs, group.count, group.substeps, group.order, self._ones)
+            launch = Launch(group.plan, inputs, group.count, group.substeps, group.order, costs)
             wp.synchronize_device(self.device)
-            self.queue.launch([launch], [output, self._history, paused])
+            self.queue.launch([launch], [self.output, self._history, paused])
         # A GPU still reads the samples of the packet and the ends of the runs, and writes the states.
         wp.synchronize_device(self.device)
-
-    @cached_property
-    def _ones(self) -> np.ndarray:
-        """Equal costs of all samples, by which a CPU divides a launch among its threads."""
-        return np.ones(self.ensemble.size, dtype=np.int32)
+        self.queue.settle()
 
     def _load(self, values: np.ndarray, motion: int, finer: int) -> Any:
         """Return the struct Load with the samples of a packet; the first is that of interval `self.intervals`."""
-        packed = self._base | {"values": np.ravel(values)}
-        packed |= {"first": np.array([-self.intervals]), "intervals": np.array([motion])}
-        load = arguments.brought("Load", packed, self.dtype, self.device)
-        return load if finer == 1 else interpolated(load, self.dtype, finer, self._components)
+        given = arguments.as_field(structs(self.dtype).Load, "values", np.ravel(values))
+        load = self._held_load(1, given.size)
+        wp.copy(load.values, wp.array(given, dtype=load.values.dtype, device="cpu", copy=False), count=given.size)
+        if finer > 1:
+            coarse, rows = load.values, finer * (len(values) - 1) + 1
+            load = self._held_load(finer, rows * self._components)
+            write_interpolated(coarse, finer, self._components, load.values, rows)
+        load.first.fill_(-self.intervals * finer)
+        load.intervals.fill_(motion * finer)
+        return load
+
+    def _held_load(self, finer: int, size: int) -> Any:
+        """Return a struct Load whose arrays have at least `size` accelerations and are kept for the next packet."""
+        load = self._loads.get(finer)
+        if load is None or load.values.size < size:
+            room = np.zeros(max(2 * size, ROOM))
+            packed = self._base | {"values": room, "first": np.zeros(1), "intervals": np.zeros(1)}
+            load = self._loads[finer] = arguments.brought("Load", packed, self.dtype, self.device)
+        return load

@@ -12,11 +12,12 @@ from typing import Any
 import numpy as np
 import warp as wp
 
+from warpdyn.engine.device.running_time import seconds_covered
 from warpdyn.engine.kernels.arguments import as_field, blank_value, check_held, wrapped
 from warpdyn.engine.kernels.build import load_kernel
 from warpdyn.engine.kernels.kernel_cache import THREADS_OF_A_BLOCK, initialise
 from warpdyn.engine.kernels.plan import Plan, output_struct, structs
-from warpdyn.engine.kernels.slicing import SLICES_PER_THREAD as SLICES_PER_THREAD, Launch, slices
+from warpdyn.engine.kernels.slicing import SLICES_PER_THREAD as SLICES_PER_THREAD, Launch, is_small, slices
 from warpdyn.foundations.core import checks
 from warpdyn.foundations.core.interruption import stop_if_asked
 from warpdyn.foundations.core.thread_pool import as_finished
@@ -67,15 +68,6 @@ def free_memory(device: str) -> int:
     if device != "cpu":
         return wp.get_device(device).free_memory
     return checks.free_memory()
-
-
-def seconds_covered(spans: Iterable[tuple[float, float]]) -> float:
-    """Return the time [s] during which at least one of the spans (start, end) [s] was running; spans may overlap."""
-    covered, reached = 0.0, -np.inf
-    for start, end in sorted(spans):
-        covered += max(0.0, end - max(start, reached))
-        reached = max(reached, end)
-    return covered
 
 
 class CpuQueue:
@@ -160,8 +152,12 @@ class CpuQueue:
             return min(last * plan.lanes, launch.count) - first * plan.lanes
 
         started = time.perf_counter()
-        pool = ThreadPoolExecutor(self.threads)
+        pool = ThreadPoolExecutor(self.threads)  # without a thread until its first task
         try:
+            if is_small(launches, lanes):
+                for launch in launches:
+                    advance(run(launch, 0, -(-launch.count // lanes)))
+                return
             tasks = [pool.submit(run, *part) for part in slices(launches, lanes, self.threads)]
             for done in as_finished(tasks):
                 advance(done.result())
@@ -174,6 +170,9 @@ class CpuQueue:
         self, output: Any, shapes: dict[str, tuple[int, ...]], arriving: Collection[str] | None = None
     ) -> None:
         """Do nothing: on a CPU, outputs need no copy."""
+
+    def settle(self) -> None:
+        """Do nothing: on a CPU, a launch has finished when `launch` returns."""
 
     def read_into(self, rows: dict[str, np.ndarray], each: Callable[..., Iterable[object]] = map) -> None:
         """Do nothing: on a CPU, kernels write the outputs directly into the arrays of `blank`."""
@@ -337,7 +336,7 @@ class CudaQueue:
         pairs = ((rows[name], values) for name, values in self._arriving.items())
         parts = [(a[i : i + PART], b[i : i + PART]) for a, b in pairs for i in range(0, len(b), PART)]
         list(each(lambda part: np.copyto(*part), parts))
-        self._settle()
+        self.settle()
         self._advance()
 
     def put_back(self, staying: dict[str, Any], rows: dict[str, np.ndarray]) -> None:
@@ -353,7 +352,7 @@ class CudaQueue:
     def read(self, array: Any) -> np.ndarray:
         """Wait for everything that is queued, and return a GPU array as a NumPy array."""
         self._wait(self.stream.record_event())
-        self._settle()
+        self.settle()
         return array.numpy()
 
     def _wait(self, event: wp.Event) -> None:
@@ -362,8 +361,8 @@ class CudaQueue:
             stop_if_asked()
             time.sleep(WAIT_FOR_GPU)
 
-    def _settle(self) -> None:
-        """Record the times of finished launches, and free their arguments."""
+    def settle(self) -> None:
+        """Record the times of launches, which must have finished, and free their arguments."""
         self._kept_alive.clear()
         while self._timed:
             start, end = self._timed.pop()

@@ -8,6 +8,9 @@ import numpy as np
 from warpdyn.engine.kernels.plan import Plan
 
 SLICES_PER_THREAD = 8  # short last slices keep all threads busy to the end
+# Steps (of all rows of lanes together) times storeys of the largest launch that runs in the calling thread. It takes
+# less than 0.1 s with the slowest laws, and usually less than it takes to wake other threads on a busy machine.
+LEAST_OF_THREADS = 4096
 
 
 class Launch(NamedTuple):
@@ -40,6 +43,11 @@ class Launch(NamedTuple):
         """
         end = None if last is None else last * lanes
         return self.intervals[self.order[first * lanes : end : lanes]] * np.float64(self.substeps)
+
+
+def is_small(launches: list[Launch], lanes: int) -> bool:
+    """Return whether launches are so small that a CPU should not divide them among threads."""
+    return sum(launch.steps_of_rows(lanes).sum() * launch.plan.dofs for launch in launches) <= LEAST_OF_THREADS
 
 
 def slices(launches: list[Launch], lanes: int, threads: int) -> list[tuple[Launch, int, int]]:

@@ -49,10 +49,24 @@ def interpolated(load: Any, dtype: str, finer: int, components: int = 1) -> Any:
     rows = finer * (load.values.size // components - 1) + 1
     count = rows * components  # the kernel also fills values between two motions, which are never read
     result.values = wp.empty(count, dtype=DTYPES[dtype], device=device)
-    inputs = [load.values, finer, components, result.values]
-    kernel = loaded(interpolation_kernel(dtype), device)
-    wp.launch(kernel, dim=count, inputs=inputs, device=device, block_dim=block_size(device))
+    write_interpolated(load.values, finer, components, result.values, rows)
     for name in ("first", "intervals"):
         setattr(result, name, wp.array(getattr(load, name).numpy() * finer, dtype=wp.int32, device=device))
     wp.synchronize_device(device)
     return result
+
+
+def write_interpolated(values: wp.array, finer: int, components: int, result: wp.array, rows: int) -> None:
+    """Queue the kernel that interpolates motions.
+
+    Args:
+        values: Values of the motions, shape [time and component].
+        finer: Number of new intervals per original interval.
+        components: Number of components of each motion.
+        result: Array whose first elements become the interpolated values.
+        rows: Number of times of the result.
+    """
+    device, dtype = str(values.device), "float32" if values.dtype is wp.float32 else "float64"
+    kernel = loaded(interpolation_kernel(dtype), device)
+    inputs = [values, finer, components, result]
+    wp.launch(kernel, dim=rows * components, inputs=inputs, device=device, block_dim=block_size(device))

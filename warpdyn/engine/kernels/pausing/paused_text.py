@@ -102,10 +102,9 @@ def pausing(composed: Composed, parts: Collection[str], struct: Any, lanes: int,
     scratch -= {name for part, names in KEPT.items() if part in parts for name in names.split()}
     kinds = _types(before, composed.names)
     carried = _carried_variables(sorted(wanted - RESTARTED.keys() - scratch), kinds, lanes, real)
-    lines = text.splitlines()
+    lines = _with_safe_reads(text.splitlines(), [*before, loop])
     head, tail = lines[: loop.lineno - 1], lines[loop.end_lineno :]
     inside = lines[loop.lineno - 1 : loop.end_lineno]
-    head = _with_safe_reads(head, before)
     head = [_with_argument(line) for line in head]
     loads = ["    if paused.first > 0:", *_moved(carried, "{variable} = {stored}")] if carried else []
     loads += [f"    {name} = {value}" for name, value in RESTARTED.items() if name in wanted]
@@ -127,24 +126,31 @@ def _with_argument(line: str) -> str:
     return line.replace("history: History", "history: History, paused: Paused")
 
 
-def _with_safe_reads(lines: list[str], before: list[ast.stmt]) -> list[str]:
-    """Return the lines before the loop with indices of the motion's samples that are not negative.
+def _with_safe_reads(lines: list[str], statements: list[ast.stmt]) -> list[str]:
+    """Return the lines with indices of the motion's samples that are not negative in these statements.
 
     The samples of a packet begin at a later interval, so that the index of the first sample of the record is negative.
-    The value is not used, because the loaded variables replace those that depend on it.
+    The value at this index is not used: loaded variables replace those that depend on it, or, after the motion, it is
+    multiplied by 0. But memory outside of an array may contain NaN.
     """
     lines = list(lines)
-    nodes = [
-        node
-        for statement in before
+    places = [
+        node.slice if isinstance(node, ast.Subscript) else node.args[1]
+        for statement in statements
         for node in ast.walk(statement)
-        if isinstance(node, ast.Subscript) and ast.unparse(node.value) == "loads.values"
+        if (isinstance(node, ast.Subscript) and ast.unparse(node.value) == "loads.values")
+        or (isinstance(node, ast.Call) and _repeats_first(node))
     ]
-    for node in sorted(nodes, key=lambda node: -node.col_offset):
-        line = lines[node.lineno - 1]
-        start, end = node.slice.col_offset, node.slice.end_col_offset
-        lines[node.lineno - 1] = f"{line[:start]}wp.max({line[start:end]}, 0){line[end:]}"
+    for place in sorted(places, key=lambda place: -place.col_offset):
+        line = lines[place.lineno - 1]
+        start, end = place.col_offset, place.end_col_offset
+        lines[place.lineno - 1] = f"{line[:start]}wp.max({line[start:end]}, 0){line[end:]}"
     return lines
+
+
+def _repeats_first(call: ast.Call) -> bool:
+    """Return whether this call reads the first sample of the motion in all intervals after the motion."""
+    return ast.unparse(call.func) == "element" and "stride" in ast.unparse(call.args[1])
 
 
 def _types(before: list[ast.stmt], names: dict[str, Any]) -> dict[str, Any]:

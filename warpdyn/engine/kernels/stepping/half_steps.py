@@ -186,6 +186,9 @@ def move_storey():
         moves[moved_storey, j] = forward
         turns[moved_storey, j] = new_drift - drifts[moved_storey, j]
         drifts[moved_storey, j] = new_drift
+    elif IS_RATE:
+        # The run has ended, but threads that share the other samples of a warp, and the last evaluation, go on.
+        turns[moved_storey, j] = dtype(0.0)
 
 
 def end_attempt():

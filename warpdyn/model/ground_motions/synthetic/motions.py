@@ -37,7 +37,12 @@ BATCH = 2**22  # samples that are computed at once
 
 @suggests_names
 def synthetic_motions(
-    parameters: pd.DataFrame, seed: int = 0, step: float = 0.01, high_pass: float = 0.1
+    parameters: pd.DataFrame,
+    seed: int = 0,
+    step: float = 0.01,
+    high_pass: float = 0.1,
+    *,
+    device: str | None = None,
 ) -> list[GroundMotion]:
     """Return synthetic motions with given parameters: white noise, filtered and modulated in time.
 
@@ -56,13 +61,16 @@ def synthetic_motions(
         seed: Seed of the white noise.
         step: Sampling step [s].
         high_pass: Corner frequency of the high-pass filter [Hz].
+        device: "cpu" or "cuda:0"; None: the first GPU, or the CPU if there is no GPU. Motions of a CPU and of a GPU
+            agree within rounding.
 
     Returns:
         The motions, with different durations.
 
     Raises:
         ValueError: If a column is missing, a value is out of range, a duration is so long compared with `middle` that
-            the modulating function does not start at zero, or the step is too long for the frequencies.
+            the modulating function does not start at zero, the step is too long for the frequencies, or there is no
+            such device.
         TypeError: If `parameters` is not a DataFrame.
 
     Example:
@@ -115,13 +123,17 @@ def synthetic_motions(
     }
     # Imported here, because scenes contain motions, and building a scene must not import warp.
     from warpdyn.engine.kernels.auxiliary.synthetic_motion import generated
+    from warpdyn.engine.kernels.queues import checked_devices
 
+    on, *others = checked_devices(device)
+    if others:
+        raise ValueError(f"synthetic_motions runs on one device, got {device!r}: give device='cuda:0' or 'cpu'")
     found: list[GroundMotion] = []
-    edges = np.unique(np.searchsorted(np.cumsum(samples), np.arange(0, samples.sum() + BATCH, BATCH), side="left"))
+    edges = np.searchsorted(np.cumsum(samples), np.arange(0, samples.sum() + BATCH, BATCH), side="left")
     edges = np.unique(np.concatenate([[0], edges, [len(index)]])).clip(0, len(index))
-    for low, high in pairwise(edges):
+    for low, high in pairwise(edges if on == "cpu" else (0, len(index))):  # a GPU divides the motions itself
         batch = {name: column[low:high] for name, column in motions.items()}
-        rows = generated(batch, _filter(corner, step), step, LEAST_FREQUENCY, key_of(seed))
+        rows = generated(batch, _filter(corner, step), step, LEAST_FREQUENCY, key_of(seed), on)
         found += [GroundMotion(row, step, f"synthetic {i}") for i, row in zip(batch["index"], rows, strict=True)]
     return found
 

@@ -175,7 +175,9 @@ class RezaeianDerKiureghian:
         )
 
     @suggests_names
-    def motions(self, number: int, seed: int = 0, first: int = 0, step: float = 0.01) -> list[GroundMotion]:
+    def motions(
+        self, number: int, seed: int = 0, first: int = 0, step: float = 0.01, *, device: str | None = None
+    ) -> list[GroundMotion]:
         """Return synthetic motions; a motion depends only on the seed and on its index (up to rounding).
 
         Args:
@@ -184,9 +186,11 @@ class RezaeianDerKiureghian:
             first: Index of the first motion.
             step: Sampling step [s]. A motion with high filter frequencies has a shorter step, divided by 2, 3, ..., so
                 that it is at most 1/4 of the shortest period of the filter.
+            device: Device that generates the motions: "cpu" or "cuda:0"; None: the first GPU, or the CPU if there is
+                no GPU.
 
         Raises:
-            ValueError: If an argument is out of range.
+            ValueError: If an argument is out of range, or there is no such device.
 
         Example:
             >>> motions = wd.RezaeianDerKiureghian(7.0, 15.0, 400.0, "reverse").motions(8, seed=3)
@@ -200,7 +204,8 @@ class RezaeianDerKiureghian:
         found: dict[int, GroundMotion] = {}
         for part in np.unique(parts):
             chosen = np.flatnonzero(parts == part)
-            found |= zip(chosen.tolist(), synthetic_motions(table.iloc[chosen], seed, step / part), strict=True)
+            made = synthetic_motions(table.iloc[chosen], seed, step / part, device=device)
+            found |= zip(chosen.tolist(), made, strict=True)
         return [found[place] for place in range(len(table))]
 
     def _physical(self, normal: np.ndarray) -> np.ndarray:

@@ -1,0 +1,1 @@
+"""Analyses of the study `analyses.py`, each with its reference results."""

@@ -1,0 +1,1 @@
+"""A local web page that shows a live ensemble while its motion arrives."""
