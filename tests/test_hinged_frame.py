@@ -13,7 +13,7 @@ from hinged_frame_cases import HISTORIES, reference_model
 import warpdyn as wd
 
 pytestmark = pytest.mark.meant_as_given(
-    "no_damping", "damping_ratio", "first_period", "strongest_motion", "peak_ground_acceleration"
+    "no_damping", "damping_ratio", "first_period", "strongest_motion", "weakest_motions", "peak_ground_acceleration"
 )
 IN_SUITE = ("portal", "four_storey")
 CASES = [

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+WIDEST_BAND = 8  # half bandwidth of matrices whose rows are written out in the text of the kernel
 VALUES_OF_MEMBER = 3  # bending stiffness: start, between start and end, end [N m/rad]
 
 
@@ -13,16 +14,15 @@ class JointFrame:
     """Indices of a frame whose massless displacements a kernel finds in each stage.
 
     Rows of displacements are the massless ones of nodes (rotations, and vertical displacements over a length), then the
-    rotations of hinges, a row for ends without hinges, and last a row for supports; both are always 0. The matrix is
-    stored by rows, each from its first entry that is not 0 to the diagonal. Values of entries are arguments of the
-    kernel.
+    rotations of hinges at the start and end of each member (always 0 at ends without a hinge), and last a row for
+    supports, which is always 0. The matrix is stored by rows, each from its first entry that is not 0 to the diagonal.
+    Values of entries are arguments of the kernel.
 
     Args:
         storeys: Number of storeys.
         free: Number of massless displacements.
         first_columns: First column of each row of the matrix, shape [free].
         joints: Rows of the rotations of the nodes at the start and end of each member with hinges.
-        ends: Rows of the hinges at the start and end of these members; `unused` without a hinge.
         springs: Springs of these hinges; -1 without a hinge.
         chords: Of each member, the rows of displacements that turn its chord.
         chord_storeys: Of each member, the storeys whose drift turns its chord.
@@ -39,7 +39,6 @@ class JointFrame:
     free: int
     first_columns: tuple[int, ...]
     joints: tuple[int, ...]
-    ends: tuple[int, ...]
     springs: tuple[int, ...]
     chords: tuple[tuple[int, ...], ...]
     chord_storeys: tuple[tuple[int, ...], ...]
@@ -63,13 +62,8 @@ class JointFrame:
 
     @property
     def rows(self) -> int:
-        """Number of rows, with the two rows of zeros."""
-        return self.free + self.hinges + 2
-
-    @property
-    def unused(self) -> int:
-        """Row for member ends without a hinge."""
-        return self.rows - 2
+        """Number of rows, with the row of supports."""
+        return self.free + 2 * self.members + 1
 
     @property
     def bases(self) -> list[int]:
@@ -84,6 +78,12 @@ class JointFrame:
     def entries(self) -> int:
         """Number of stored entries of the matrix."""
         return sum(row - first + 1 for row, first in enumerate(self.first_columns))
+
+    @property
+    def band(self) -> int:
+        """Half bandwidth of a matrix that is stored with a constant bandwidth; 0 for a matrix stored by profile."""
+        widest = max((row - first for row, first in enumerate(self.first_columns)), default=0)
+        return widest if widest <= WIDEST_BAND else 0
 
     @property
     def lengths(self) -> dict[str, int]:
@@ -121,15 +121,11 @@ class JointFrame:
     @property
     def springs_of_rows(self) -> list[int]:
         """Of each row the spring that a message names if its moment does not balance."""
-        found = [*self.springs_of_joints, *[0] * (self.hinges + 1)]
-        for end, spring in zip(self.ends, self.springs, strict=True):
-            if spring >= 0:
-                found[end] = spring
-        return found
+        return [*self.springs_of_joints, *(max(spring, 0) for spring in self.springs), 0]
 
     def rows_of(self, spring: int) -> tuple[int, int]:
         """Return the two rows whose difference is the rotation of a hinge."""
-        return self.ends[self.springs.index(spring)], self.rows - 1
+        return self.free + self.springs.index(spring), self.rows - 1
 
 
 def starts_of(lists: Sequence[Sequence[int]]) -> list[int]:

@@ -37,8 +37,8 @@ def layout_of(
     linear = np.abs(values.linear[0]) > NEGLIGIBLE * np.outer(size, size)
     chords = [tuple(np.flatnonzero(row[:free]).tolist()) for row in joints.chords]
     pattern = linear[:free, :free].copy()
-    unused = free + len(springs)
-    ends, of_ends = [], []
+    support = free + 2 * len(hinged.members)  # row of rotations that are fixed
+    of_ends = []
     of_joints = [0] * free
     for member, rows, chord in zip(hinged.members, joints.rotations.tolist(), chords, strict=True):
         moved = [row for row in {*rows, *chord} if row < free]
@@ -46,15 +46,13 @@ def layout_of(
         for end, row in enumerate(rows):
             spring = springs.get((member, end), -1)
             of_ends.append(spring)
-            ends.append(unused if spring < 0 else free + spring - storeys)
             if spring >= 0 and row < free:
                 of_joints[row] = spring
     return JointFrame(
         storeys=storeys,
         free=free,
         first_columns=tuple(first_columns_of(pattern).tolist()),
-        joints=tuple(np.where(joints.rotations < free, joints.rotations, unused + 1).ravel().tolist()),
-        ends=tuple(ends),
+        joints=tuple(np.where(joints.rotations < free, joints.rotations, support).ravel().tolist()),
         springs=tuple(of_ends),
         chords=tuple(chords),
         chord_storeys=tuple(tuple(np.flatnonzero(row[free:]).tolist()) for row in joints.chords),
