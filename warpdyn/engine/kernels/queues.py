@@ -118,8 +118,9 @@ class CpuQueue:
     ) -> None:
         """Divide launches into slices, run the slices in threads, and wait until all have finished.
 
-        Small launches, and all launches if `in_calling_thread` is True, run in the calling thread. A slice is launched in pieces of about SECONDS_OF_A_PIECE; Ctrl-C works between two pieces. A piece is a whole
-        number of groups of `plan.lanes` samples.
+        Small launches, and all launches if `in_calling_thread` is True, run in the calling thread. A slice is launched
+        in pieces of about SECONDS_OF_A_PIECE; Ctrl-C works between two pieces. A piece is a whole number of groups of
+        `plan.lanes` samples.
 
         Args:
             launches: The launches.
