@@ -107,6 +107,13 @@ def test_answers_without_samples_have_the_same_statistics(run):
         live(keep_samples="no")
 
 
+def test_answers_without_quantiles_have_the_damage_states():
+    due, answer = (each.push(MOTION.acceleration) for each in (live(), live(quantiles=[])))
+    assert answer.sizes["quantile"] == 0
+    assert answer["peak_storey_drift_quantile"].shape == (0, 2)
+    assert answer["damage_probability"].equals(due["damage_probability"])
+
+
 def test_an_answer_keeps_its_values():
     ensemble = live(keep_samples=False)
     first = ensemble.push(MOTION.acceleration[:100])

@@ -117,6 +117,31 @@ def test_a_loop_ends_at_the_collapse_of_its_sample(run):
             assert STEP * len(frame["loop"]["x"]) == pytest.approx(float(run["time_of_collapse"][7]), abs=2 * STEP)
 
 
+def test_answers_without_samples_are_shown_if_they_contain_the_quantiles():
+    quantiles = (0.16, 0.95, 0.5, 0.05)
+    with pytest.raises(ValueError, match=r"give quantiles=\(0.05, 0.5, 0.95\) to wd.Live, or keep_samples=True"):
+        wd.LiveDisplay(live(keep_samples=False))
+    frames = []
+    for ensemble in (live(), live(keep_samples=False, quantiles=quantiles)):
+        with wd.LiveDisplay(ensemble, sample=None) as display:
+            ensemble.push(MOTION.acceleration)
+            frames.append(frame_of(display, 3.99)[1]["drift"])
+    due, found = frames
+    assert due.pop("collapsed") > 0  # answers without samples do not contain it
+    np.testing.assert_allclose(found.pop("quantiles"), due.pop("quantiles"), atol=1e-5)  # 5 digits
+    assert found == due
+
+
+def test_the_loop_needs_no_new_thread(monkeypatch):
+    """At the end of Python, before the display is closed, a pool of threads accepts no more tasks."""
+    from warpdyn.campaigns.live.followed_sample import FollowedSample
+
+    followed = FollowedSample(live().paused.ensemble, 3, 400)
+    monkeypatch.setattr("concurrent.futures.ThreadPoolExecutor.submit", None)
+    [displacement] = followed.follow(np.concatenate([MOTION.values, np.zeros((5000, 1))]), "displacement")
+    assert displacement.shape == (5399, 2)
+
+
 def test_a_motion_that_ends_and_a_display_without_loop_and_damage_states():
     ensemble = wd.Live(scene(), 2, **HOW)
     with wd.LiveDisplay(ensemble, sample=None) as display:
@@ -185,6 +210,9 @@ def test_only_browsers_of_this_computer_get_the_page():
             get(display.url, Host="example.org")
         with pytest.raises(urllib.error.HTTPError, match="404"):
             get(f"{display.url}other")
+        with socket.create_connection(("127.0.0.1", int(port))) as client:
+            client.sendall(b"GET http://[/ HTTP/1.0\r\nHost: localhost\r\n\r\n")  # not a valid address
+            assert b" 404 " in client.recv(100)
         with pytest.raises(ValueError, match=rf"port {port} is not free .*port=0"):
             wd.LiveDisplay(live(), sample=None, port=int(port))
     with pytest.raises(OSError, match=r"refused|reset|timed out"):
@@ -237,7 +265,7 @@ def test_series_are_thinned_and_numbers_are_short():
     assert (low.min(), high.max(), low[0]) == (values.min(), values.max(), values[:width].min())
     assert len(low) <= MOST_TIMES < MOST_STATES
     assert envelope(np.zeros(0))[1].size == 0
-    assert numbers(np.array([1234.5678, np.nan, -0.00001])) == [1234.6, None, 0.0] or True
+    assert numbers(np.array([1234.5678, np.nan, -0.00001])) == [1234.6, None, 0.0]
     assert (numbers(np.array(0.0123456)), numbers(np.array(np.nan))) == (0.012346, None)
     assert numbers(np.array([1234.5678, np.nan, np.inf, -2.0])) == [1234.6, None, None, -2.0]
 

@@ -9,9 +9,10 @@ import numpy as np
 
 from warpdyn.campaigns.integration.ensemble import Ensemble
 from warpdyn.campaigns.live.paused_ensemble import PausedEnsemble
+from warpdyn.engine.kernels.arguments import brought
 from warpdyn.engine.kernels.build import history_plan, load_kernel
 from warpdyn.engine.kernels.output_table import HISTORIES, OF_CONTROL
-from warpdyn.engine.kernels.queues import Launch, open_queues
+from warpdyn.engine.kernels.queues import CpuQueue, Launch, open_queues
 
 SPARE = 2**12  # intervals for which memory is reserved beyond the expected motion
 
@@ -30,6 +31,8 @@ class FollowedSample(PausedEnsemble):
     def __init__(self, ensemble: Ensemble, sample: int, expected: int) -> None:
         part = ensemble.select(np.array([sample]))
         part.queue = open_queues([ensemble.queue.device], 1)[0]
+        if isinstance(part.queue, CpuQueue):
+            part.queue.in_calling_thread = True  # at the end of Python, pools of threads accept no more tasks
         super().__init__(part)
         self._reserve(expected + SPARE)
         load_kernel(self.groups[0].plan, self.device)
@@ -49,7 +52,8 @@ class FollowedSample(PausedEnsemble):
         names = (*self.ensemble.model.dynamics.histories, *control)
         widths = {name: self.ensemble.plan.length(HISTORIES[name].dims[0]) for name in names}
         blank = {name: np.full((1, intervals, width), np.nan) for name, width in widths.items()}
-        self._history: Any = self.queue.upload("History", blank, self.dtype)
+        # Not by the queue, which would change the current stream of the GPU for the thread of the ensemble.
+        self._history: Any = brought("History", blank, self.dtype, self.device)
 
     def follow(self, values: np.ndarray, *names: str) -> list[np.ndarray]:
         """Integrate the sample up to the last known acceleration, and return the new part of its history.

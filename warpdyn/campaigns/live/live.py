@@ -150,6 +150,16 @@ class Live:
         return self._answers.limits
 
     @property
+    def quantiles(self) -> np.ndarray:
+        """Quantiles of the demands that answers contain [1]."""
+        return self._answers.quantiles
+
+    @property
+    def keep_samples(self) -> bool:
+        """Whether answers contain the demands of each sample."""
+        return self._answers.keep_samples
+
+    @property
     def record(self) -> np.ndarray:
         """Accelerations that have been integrated [m/s2], shape [time, component]."""
         return self.arriving.record
@@ -271,7 +281,7 @@ class Live:
             self._seconds_integrating += time.perf_counter() - began
         self.arriving.keep(values, receiver)
         answer = self.answer() if len(self.record) else xr.Dataset(attrs=self.arriving.report(self.time))
-        for observe in self.observers:
+        for observe in tuple(self.observers):  # an observer may remove itself
             observe(answer)
         return answer
 

@@ -287,11 +287,14 @@ class PausedEnsemble:
         """Return the struct Load with the samples of a packet; the first is that of interval `self.intervals`."""
         given = arguments.as_field(structs(self.dtype).Load, "values", np.ravel(values))
         load = self._held_load(1, given.size)
-        wp.copy(load.values, wp.array(given, dtype=load.values.dtype, device="cpu", copy=False), count=given.size)
+        # The current stream belongs to the device: another thread may replace it between the copy and the kernel.
+        stream = None if self.device == "cpu" else wp.get_stream(self.device)
+        here = wp.array(given, dtype=load.values.dtype, device="cpu", copy=False)
+        wp.copy(load.values, here, count=given.size, stream=stream)
         if finer > 1:
             coarse, rows = load.values, finer * (len(values) - 1) + 1
             load = self._held_load(finer, rows * self._components)
-            write_interpolated(coarse, finer, self._components, load.values, rows)
+            write_interpolated(coarse, finer, self._components, load.values, rows, stream)
         load.first.fill_(-self.intervals * finer)
         load.intervals.fill_(motion * finer)
         return load

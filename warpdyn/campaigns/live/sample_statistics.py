@@ -93,7 +93,7 @@ class SampleStatistics:
         # For each row of order statistics: the keys, the launch that writes them, and the one that reads them sorted.
         self._picking = [
             (self._keys[self._values[name][0].dtype], *self._launches_of_row(name, place, row))
-            for name, rows in self._rows.items()
+            for name, rows in (self._rows.items() if quantiles.size else ())
             for place, row in enumerate(range(rows.start, rows.stop))
         ]
 
@@ -115,11 +115,13 @@ class SampleStatistics:
         """Return the launches that find the damage states of the samples and count them."""
         launches: list[wp.Launch] = []
         limits = self.limits
+        self._bounds: list[wp.array] = []  # a recorded launch has only their addresses
         for name, bounds in zip(limits.demands, limits.values, strict=True) if limits else ():
             values, divisors = self._values[name]
             first, last, _ = counted[name].indices(values.shape[0])
             inputs: list[Any] = [int(not launches), int(not is_peak(name)), first, last, self._samples_of_structure]
-            inputs += [values, divisors, wp.array(bounds, dtype=wp.float64, device=self.device), self._states]
+            self._bounds.append(wp.array(bounds, dtype=wp.float64, device=self.device))
+            inputs += [values, divisors, self._bounds[-1], self._states]
             launches.append(self._launch(self._kernels[values.dtype].states, self.size, inputs))
         counts = next(iter(self._kernels.values())).counts
         return [*launches, self._launch(counts, self.size, [self.paused.output.status, self._states, self._counts])]

@@ -76,7 +76,7 @@ class CpuQueue:
     device = "cpu"
 
     def __init__(self, threads: int) -> None:
-        self.threads = threads
+        self.threads, self.in_calling_thread = threads, False
         self.spans: list[tuple[float, float]] = []
         self._pace: dict[Plan, float] = {}  # steps (of all rows of lanes together) that a thread takes per piece
 
@@ -118,8 +118,9 @@ class CpuQueue:
     ) -> None:
         """Divide launches into slices, run the slices in threads, and wait until all have finished.
 
-        A slice is launched in pieces of about SECONDS_OF_A_PIECE; Ctrl-C works between two pieces. A piece is a whole
-        number of groups of `plan.lanes` samples.
+        Small launches, and all launches if `in_calling_thread` is True, run in the calling thread. A slice is launched
+        in pieces of about SECONDS_OF_A_PIECE; Ctrl-C works between two pieces. A piece is a whole number of groups of
+        `plan.lanes` samples.
 
         Args:
             launches: The launches.
@@ -137,6 +138,7 @@ class CpuQueue:
             costs = np.cumsum(launch.steps_of_rows(plan.lanes, first, last))
             done = 0
             while done < costs.size and not stopping.is_set():
+                stop_if_asked()
                 # Number of groups of samples that take SECONDS_OF_A_PIECE, estimated from the last pieces.
                 before = costs[done - 1] if done else 0.0
                 until = max(
@@ -158,7 +160,12 @@ class CpuQueue:
                 for launch in launches:
                     advance(run(launch, 0, -(-launch.count // lanes)))
                 return
-            tasks = [pool.submit(run, *part) for part in slices(launches, lanes, self.threads)]
+            parts = slices(launches, lanes, self.threads)
+            if self.in_calling_thread:
+                for part in parts:
+                    advance(run(*part))
+                return
+            tasks = [pool.submit(run, *part) for part in parts]
             for done in as_finished(tasks):
                 advance(done.result())
         finally:

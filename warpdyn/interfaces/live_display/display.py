@@ -33,7 +33,8 @@ class LiveDisplay:
     browsers of this computer can open the page, until the `with` block ends or `close` is called.
 
     Args:
-        live: The live ensemble. Its scene records drifts.
+        live: The live ensemble. Its scene records drifts. With `keep_samples=False`, its `quantiles` must contain 0.05,
+            0.5 and 0.95, and the page does not show the number of collapsed samples.
         sample: Index of the sample whose hysteresis loop is shown; it is integrated once more. None: no loop.
         storey: Storey of the loop, counted from 1; in a LumpedStructure, name or number of a spring.
         port: Port of the page; 0: a free port, which the attribute `url` contains.
@@ -43,7 +44,8 @@ class LiveDisplay:
 
     Raises:
         ValueError: If the scene does not record drifts, the ensemble does not have the sample or storey, its motion is
-            finished, or the port is not free.
+            finished, its answers contain neither the samples nor the quantiles 0.05, 0.5 and 0.95, or the port is not
+            free.
         TypeError: If `live` is not a Live.
 
     Example:
@@ -62,16 +64,17 @@ class LiveDisplay:
         whole_number("port", port, 0, 65535)
         self.live = live
         self._frames = Frames(live, sample, storey)
-        self._server = PageServer(port)
-        self.url = self._server.url
         self._answer: xr.Dataset | None = None
         self._error: Exception | None = None
         self._arrived, self._closing = threading.Event(), threading.Event()
-        self._observer = self._take
-        live.observers.append(self._observer)
         if len(live.record):
             self._take(live.answer())
-        self._publish("waiting")
+        first = self._frame("waiting")
+        self._server = PageServer(port)  # after everything that may raise an error, which would leave it open
+        self.url = self._server.url
+        self._server.publish(first)
+        self._observer = self._take
+        live.observers.append(self._observer)
         self._thread = threading.Thread(target=self._work, daemon=True)
         self._thread.start()
         atexit.register(self.close)
@@ -121,14 +124,14 @@ class LiveDisplay:
                 self._arrived.clear()
                 is_finished = self.live.is_finished
                 began = time.perf_counter()
-                self._publish("finished" if is_finished else "running")
+                self._server.publish(self._frame("finished" if is_finished else "running"))
                 taken = time.perf_counter() - began
                 self._closing.wait(max(PERIOD, taken / MOST_LOAD) - taken)
-            self._publish("closed")
+            self._server.publish(self._frame("closed"))
         except Exception as error:
             self._error = error
             self._server.publish(json.dumps({"state": "failed"}))
 
-    def _publish(self, state: str) -> None:
-        """Send the frame of the newest answer to the browsers."""
-        self._server.publish(json.dumps(self._frames.of(self._answer) | {"state": state}, allow_nan=False))
+    def _frame(self, state: str) -> str:
+        """Return the frame of the newest answer, a JSON text."""
+        return json.dumps(self._frames.of(self._answer) | {"state": state}, allow_nan=False)

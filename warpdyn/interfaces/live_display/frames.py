@@ -31,7 +31,8 @@ class Frames:
         storey: Number of the storey of the loop, counted from 1; in a LumpedStructure, number or name of a spring.
 
     Raises:
-        ValueError: If the ensemble does not have this sample or storey, or does not record drifts.
+        ValueError: If the ensemble does not have this sample or storey, does not record drifts, or its answers contain
+            neither the samples nor the quantiles that are shown.
     """
 
     def __init__(self, live: Live, sample: int | None, storey: int | str) -> None:
@@ -41,6 +42,11 @@ class Frames:
         if "drift" not in scene.recorders:
             raise ValueError(
                 'the display shows storey drifts, which the scene does not record: add "drift" to its recorders'
+            )
+        if not live.keep_samples and not set(BAND) <= set(live.quantiles.tolist()):
+            raise ValueError(
+                f"the display shows the quantiles {BAND} of the peak drifts, which the answers of this Live do not "
+                f"contain: give quantiles={BAND} to wd.Live, or keep_samples=True"
             )
         self._shares, self._loop = Series(), np.zeros((0, 2))
         self._has_collapsed = False  # the sample of the loop
@@ -105,12 +111,19 @@ class Frames:
 
     def _drifts(self, answer: xr.Dataset) -> dict[str, object]:
         """Return quantiles of the peak drift ratios over height, and the limits of the damage states."""
-        ended = answer["status"].values < DIVERGED
-        values = answer[DRIFT].transpose("sample", "storey").values
-        values = values if ended.all() else values[ended]
-        found = np.quantile(values, BAND, axis=0) if len(values) else np.full((len(BAND), values.shape[1]), np.nan)
-        drifts: dict[str, object] = {"quantiles": numbers(found), "failed": int(np.sum(~ended))}
-        drifts["collapsed"] = int(np.sum(answer["status"].values == COLLAPSED))
+        drifts: dict[str, object] = {}
+        if self.live.keep_samples:
+            ended = answer["status"].values < DIVERGED
+            values = answer[DRIFT].transpose("sample", "storey").values
+            values = values if ended.all() else values[ended]
+            found = np.quantile(values, BAND, axis=0) if len(values) else np.full((len(BAND), values.shape[1]), np.nan)
+            drifts["failed"] = int(np.sum(~ended))
+            drifts["collapsed"] = int(np.sum(answer["status"].values == COLLAPSED))
+        else:
+            places = [self.live.quantiles.tolist().index(each) for each in BAND]
+            found = answer[f"{DRIFT}_quantile"].transpose("quantile", "storey").values[places]
+            drifts["failed"] = int(answer["failed_count"].sum())
+        drifts["quantiles"] = numbers(found)
         drifts["floors"] = numbers(np.concatenate([[0.0], np.cumsum(self.structure.nominal_values["height"])]))
         limits = self.live.limits
         if limits is not None and DRIFT in limits.demands:

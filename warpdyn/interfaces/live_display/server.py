@@ -7,7 +7,7 @@ import threading
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 from socketserver import TCPServer
-from urllib.parse import parse_qs, urlsplit
+from urllib.parse import parse_qs
 
 PAGE = Path(__file__).parent / "display.html"
 LOOPBACK = "127.0.0.1"
@@ -84,13 +84,13 @@ class _Request(BaseHTTPRequestHandler):
 
     def do_GET(self) -> None:
         """Answer a request."""
-        asked = urlsplit(self.path)
+        path, _, query = self.path.partition("?")
         if self.headers.get("Host", "").rsplit(":", 1)[0] not in HOSTS:
             self._send(403, "text/plain", b"only for browsers of this computer")
-        elif asked.path == "/":
+        elif path == "/":
             self._send(200, "text/html; charset=utf-8", PAGE.read_bytes())
-        elif asked.path == "/frame":
-            found = self.server.frame_after(parse_qs(asked.query).get("after", [""])[0])
+        elif path == "/frame":
+            found = self.server.frame_after(parse_qs(query).get("after", [""])[0])
             name, frame = found or ("", b"")
             self._send(200 if found else 204, "application/json", frame, name)
         else:

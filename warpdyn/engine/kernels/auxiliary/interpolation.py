@@ -56,7 +56,9 @@ def interpolated(load: Any, dtype: str, finer: int, components: int = 1) -> Any:
     return result
 
 
-def write_interpolated(values: wp.array, finer: int, components: int, result: wp.array, rows: int) -> None:
+def write_interpolated(
+    values: wp.array, finer: int, components: int, result: wp.array, rows: int, stream: wp.Stream | None = None
+) -> None:
     """Queue the kernel that interpolates motions.
 
     Args:
@@ -65,8 +67,9 @@ def write_interpolated(values: wp.array, finer: int, components: int, result: wp
         components: Number of components of each motion.
         result: Array whose first elements become the interpolated values.
         rows: Number of times of the result.
+        stream: CUDA stream; None: the current stream of the device.
     """
     device, dtype = str(values.device), "float32" if values.dtype is wp.float32 else "float64"
     kernel = loaded(interpolation_kernel(dtype), device)
     inputs = [values, finer, components, result]
-    wp.launch(kernel, dim=rows * components, inputs=inputs, device=device, block_dim=block_size(device))
+    wp.launch(kernel, dim=rows * components, inputs=inputs, device=device, stream=stream, block_dim=block_size(device))

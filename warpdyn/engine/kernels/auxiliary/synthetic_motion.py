@@ -175,6 +175,7 @@ def generated(
     found: list[np.ndarray] = [np.empty(0)] * motions["samples"].size
     for chosen, values in generated_on_gpu(motions, *common, device):
         by_motion = np.ascontiguousarray(values.numpy().T)
+        del values  # so that its memory is free for the next motions
         for place, row in zip(chosen, by_motion, strict=True):
             found[place] = row[: motions["samples"][place]].copy()
     return found
