@@ -11,6 +11,7 @@ import time
 import weakref
 from itertools import pairwise
 
+import netCDF4
 import numpy as np
 import pytest
 import xarray as xr
@@ -349,3 +350,26 @@ def test_a_scene_that_cannot_be_integrated_live_is_refused(given, message):
 def test_wrong_arguments_are_refused(arguments, message):
     with pytest.raises(ValueError, match=message):
         live(**arguments)
+
+
+def test_a_state_that_has_changed_is_refused(tmp_path):
+    first = live()
+    first.push(MOTION.acceleration[:100])
+    path = wd.save_state(first, tmp_path / "state.nc")
+    with netCDF4.Dataset(path, "a") as file:
+        values = file["state_0_real"][:]
+        values[1, 2] = np.nextafter(values[1, 2], values.dtype.type(2))
+        file["state_0_real"][:] = values
+    with pytest.raises(ValueError, match="has changed since save_state wrote it"):
+        wd.load_state(live(), path)
+
+
+def test_accelerations_in_another_unit_are_implausible():
+    loud = live()
+    with pytest.warns(UserWarning, match="peak ground acceleration of the motion so far is 30"):
+        loud.push(np.full(3, 30.0))
+    loud.push(np.full(3, 30.0))  # one warning is enough
+    quiet = live()
+    quiet.push(np.full(3, 0.05))
+    with pytest.warns(UserWarning, match="strongest motion that has arrived is 0.05"):
+        quiet.finish()

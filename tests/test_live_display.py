@@ -138,7 +138,7 @@ def test_the_loop_needs_no_new_thread(monkeypatch):
 
     followed = FollowedSample(live().paused.ensemble, 3, 400)
     monkeypatch.setattr("concurrent.futures.ThreadPoolExecutor.submit", None)
-    [displacement] = followed.follow(np.concatenate([MOTION.values, np.zeros((5000, 1))]), "displacement")
+    [displacement] = followed.follow(np.concatenate([MOTION.values, np.zeros(5000)]), "displacement")
     assert displacement.shape == (5399, 2)
 
 

@@ -28,7 +28,7 @@ from warpdyn.engine.kernels.queues import open_queues
 from warpdyn.foundations.core.checks import check_kind, one_of, real_number
 from warpdyn.foundations.core.messages import warn_caller
 from warpdyn.foundations.core.near_misses import with_suggestions
-from warpdyn.foundations.core.plausibility import meant_as_given
+from warpdyn.foundations.core.plausibility import PlausibilityFindings, meant_as_given
 from warpdyn.model.ground_motions.records.units import unit_factor
 from warpdyn.model.scene.number_of_structures import number_of_structures
 from warpdyn.model.scene.plausibility import warn_of_implausible
@@ -265,6 +265,9 @@ class Live:
                 f"the motion ends before a gap of {gap:.4g} s; the samples after the gap are not used. Call "
                 "live.bridge() before finish() to interpolate the gap"
             )
+        findings = PlausibilityFindings()
+        findings.add("strongest_motion", float(np.abs(values).max()) or np.nan, " that has arrived")
+        findings.warn()
         scene = scene_of_record(self.scene, values)
         given = scene, self.structures, self.integration, self.execution, self.seed
         run = finished(*given, self.paused, values[self.paused.intervals :])

@@ -289,7 +289,7 @@ class PausedEnsemble:
         load = self._held_load(1, given.size)
         # The current stream belongs to the device: another thread may replace it between the copy and the kernel.
         stream = None if self.device == "cpu" else wp.get_stream(self.device)
-        here = wp.array(given, dtype=load.values.dtype, device="cpu", copy=False)
+        here: wp.array = wp.array(given, dtype=load.values.dtype, device="cpu", copy=False)
         wp.copy(load.values, here, count=given.size, stream=stream)
         if finer > 1:
             coarse, rows = load.values, finer * (len(values) - 1) + 1

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import os
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
 
@@ -83,6 +84,7 @@ def save_state(live: Live, path: str | os.PathLike) -> Path:
             variables[f"state_{number}_{name}"] = (dims, array.numpy(), {"long_name": f"stored values, {name}"})
     described |= {"intervals": live.paused.intervals, "counted": {"refused": live.arriving.refused}}
     attributes = trace(live.scene.title, "save_state") | {"kind": KIND, "receiver": json.dumps(described)}
+    attributes["checksum"] = _checksum(attributes["receiver"], {name: row[1] for name, row in variables.items()})
     dataset = xr.Dataset(variables, attrs=attributes | _identity(live))
     for variable in dataset.variables.values():
         variable.encoding["_FillValue"] = None  # NaN of failed samples are values
@@ -100,7 +102,8 @@ def load_state(live: Live, path: str | os.PathLike) -> Live:
 
     Raises:
         ValueError: If the file contains no state, or the state of another scene, other arguments, other versions or
-            another kind of processor, or the Live has received packets. The Live is then unchanged.
+            another kind of processor, or has changed since it was saved, or the Live has received packets. The Live is
+            then unchanged.
         OSError: If the file cannot be read.
         TypeError: If `live` is not a Live.
 
@@ -124,12 +127,18 @@ def load_state(live: Live, path: str | os.PathLike) -> Live:
         for name, value in _identity(live).items():
             if found.get(name) != value:
                 raise ValueError(f"{path}: the state cannot be used here: {MUST_AGREE[name]}")
-        described = json.loads(found["receiver"])
-        states = [
-            {name: file[f"state_{number}_{name}"][:] for name in group.state}
-            for number, group in enumerate(live.paused.groups)
-        ]
-        record, arrived = file["record"][:], file["arrived"][:]
+        arrays = {name: np.asarray(variable[:]) for name, variable in file.variables.items()}
+    if found.get("checksum") != _checksum(found.get("receiver", ""), arrays):
+        raise ValueError(
+            f"{path}: the file has changed since save_state wrote it (its checksum differs), so that results would be "
+            "wrong: use another state, or begin again from the record"
+        )
+    described = json.loads(found["receiver"])
+    states = [
+        {name: arrays[f"state_{number}_{name}"] for name in group.state}
+        for number, group in enumerate(live.paused.groups)
+    ]
+    record, arrived = arrays["record"], arrays["arrived"]
     for group, state in zip(live.paused.groups, states, strict=True):
         for name, array in group.state.items():
             array.assign(state[name])
@@ -139,6 +148,15 @@ def load_state(live: Live, path: str | os.PathLike) -> Live:
         _unpacked(live.arriving.receiver, described, arrived), np.asarray(record), described["counted"]
     )
     return live
+
+
+def _checksum(described: str, arrays: Mapping[str, np.ndarray]) -> str:
+    """Return the SHA-256 digest of the description of the receiver and of the arrays of a state."""
+    digest = hashlib.sha256(described.encode())
+    for name in sorted(arrays):
+        digest.update(f"{name} {arrays[name].shape} {arrays[name].dtype.str}".encode())
+        digest.update(np.ascontiguousarray(arrays[name]).tobytes())
+    return digest.hexdigest()
 
 
 def _opened(path: str | os.PathLike) -> netCDF4.Dataset:

@@ -10,6 +10,8 @@ import numpy as np
 from warpdyn.campaigns.live.packets.packet import Packet
 from warpdyn.campaigns.live.packets.receiver import Receiver
 from warpdyn.campaigns.live.packets.refused import RefusedPacket
+from warpdyn.foundations.core.plausibility import PlausibilityFindings
+from warpdyn.foundations.core.plausibility.check import LARGEST_RECORDED
 
 MOST_VALUES = 2**22  # accelerations of the record that are kept: 32 MB, 11 hours of one component at 100 Hz
 FIRST_RECORD = 2**14  # samples of the record for which memory is reserved at first
@@ -30,6 +32,7 @@ class Arriving:
     def __init__(self, receiver: Receiver) -> None:
         self.receiver, self.refused, self._samples = receiver, 0, 0
         self._record = np.zeros((FIRST_RECORD, len(receiver.tracks)))  # longer than the record so far
+        self._is_large = False  # whether a warning of implausibly large accelerations was given
         self._offset: float | None = None  # least difference of clock and time stamps [s]
 
     @property
@@ -57,6 +60,15 @@ class Arriving:
         self._offset = 0.0 if is_posix else min(difference, np.inf if self._offset is None else self._offset)
         return receiver
 
+    def _warn_of_peak(self, values: np.ndarray) -> None:
+        """Warn once if these accelerations are larger than those of nearly all records."""
+        peak = float(np.abs(values).max(initial=0.0))
+        if self._is_large or peak <= LARGEST_RECORDED:
+            return
+        findings = PlausibilityFindings()
+        self._is_large = findings.add("peak_ground_acceleration", peak, " of the motion so far")
+        findings.warn()
+
     def new_samples(self, receiver: Receiver) -> tuple[np.ndarray, Receiver]:
         """Return the samples that a receiver adds to the motion, shape [time, component], and the receiver then."""
         values, rest = receiver.take()
@@ -71,6 +83,7 @@ class Arriving:
     def keep(self, values: np.ndarray, receiver: Receiver) -> None:
         """Append samples to the motion, and keep the receiver from which they were taken."""
         end = self._samples + len(values)
+        self._warn_of_peak(values)
         if end > len(self._record):
             room = max(end, 2 * len(self._record))
             self._record = np.concatenate([self.record, np.zeros((room - self._samples, values.shape[1]))])

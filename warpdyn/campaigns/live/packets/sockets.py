@@ -10,7 +10,7 @@ import numpy as np
 
 from warpdyn.campaigns.live.packets.packet import Packet
 from warpdyn.campaigns.live.packets.refused import RefusedPacket
-from warpdyn.foundations.core.checks import check_kind, real_number
+from warpdyn.foundations.core.checks import check_kind, real_number, whole_number
 
 LONGEST_LINE = 2**24  # bytes; a packet of 1 million samples has about this size
 
@@ -63,6 +63,7 @@ def from_socket(host: str, port: int, timeout: float = 60.0) -> Iterator[Packet]
         [12.0]
     """
     timeout = real_number("timeout [s]", timeout, above=0)
+    port = whole_number("port", port, 1, 65535)
     with _connected(host, port, timeout) as connection, connection.makefile("rb") as file:
         while line := file.readline(LONGEST_LINE + 1):
             if len(line) > LONGEST_LINE:

@@ -99,6 +99,7 @@ def synthetic_motions(
         )
     samples = np.ceil((scale * gammaincinv(shape, LAST) + TAIL / corner) / step).astype(np.int64) + 1
     findings = PlausibilityFindings()
+    findings.add("record_step", step, " of the synthetic motions")
     findings.add_each(
         "synthetic_arias_intensity", values["arias_intensity"].tolist(), lambda row: f" in row {row} of parameters"
     )
