@@ -64,6 +64,7 @@ def test_every_command_is_known_here() -> None:
         "seed_frame",
         "stability",
         "accuracy_speed",
+        "analyses",
         "decision",
         "benchmark",
         "growth",
