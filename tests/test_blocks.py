@@ -19,6 +19,7 @@ from warpdyn.campaigns.integration.run import build_run
 from warpdyn.campaigns.integration.settings import Execution, Integration
 from warpdyn.campaigns.running import blocks
 from warpdyn.campaigns.running.labels import columns_of
+from warpdyn.engine.device.running_time import seconds_covered, seconds_in_kernels
 from warpdyn.engine.kernels import queues as devices
 from warpdyn.foundations.core import checks
 from warpdyn.foundations.core.thread_pool import in_parts
@@ -218,11 +219,11 @@ def test_slices_hold_all_rows_of_lanes_once_and_equal_work():
 
 
 def test_time_in_kernels_counts_what_overlaps_once():
-    assert devices.seconds_covered([(5.0, 6.0), (0.0, 2.0), (1.0, 3.0), (1.5, 1.75), (6.0, 6.5)]) == 4.5
+    assert seconds_covered([(5.0, 6.0), (0.0, 2.0), (1.0, 3.0), (1.5, 1.75), (6.0, 6.5)]) == 4.5
     queues = [devices.CpuQueue(1) for _ in range(3)]
     for queue, device, spans in zip(queues, "aba", ([(0, 1)], [(0, 3)], [(0.5, 2)]), strict=True):
         queue.device, queue.spans = device, spans
-    assert devices.seconds_in_kernels(queues) == 3
+    assert seconds_in_kernels(queues) == 3
     run = wd.simulate(make_scene(), structures=50, device="cpu")
     assert 0 < run.attrs["seconds_in_kernels"] <= run.attrs["seconds_integrating"]
 

@@ -14,8 +14,9 @@ from warpdyn.campaigns.integration.run import build_run
 from warpdyn.campaigns.integration.settings import Execution, Integration
 from warpdyn.campaigns.integration.stability_guard import StabilityFindings
 from warpdyn.campaigns.reductions.limits import DRIFT as DRIFT_RATIO, DamageLimits
+from warpdyn.engine.device.running_time import seconds_in_kernels
 from warpdyn.engine.kernels.output_table import RECORDERS
-from warpdyn.engine.kernels.queues import open_queues, seconds_in_kernels
+from warpdyn.engine.kernels.queues import open_queues
 from warpdyn.foundations.core.checks import check_memory, one_of, real_number, true_or_false, whole_number
 from warpdyn.foundations.core.interruption import interruptible
 from warpdyn.foundations.core.messages import warn_caller

@@ -1,8 +1,18 @@
 """Running time of launches that overlap."""
 
-from collections.abc import Iterable
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from typing import Protocol
 
 import numpy as np
+
+
+class Timed(Protocol):
+    """A queue of a device with the times of its launches: (start, end) [s]."""
+
+    device: str
+    spans: list[tuple[float, float]]
 
 
 def seconds_covered(spans: Iterable[tuple[float, float]]) -> float:
@@ -12,3 +22,11 @@ def seconds_covered(spans: Iterable[tuple[float, float]]) -> float:
         covered += max(0.0, end - max(start, reached))
         reached = max(reached, end)
     return covered
+
+
+def seconds_in_kernels(queues: Sequence[Timed]) -> float:
+    """Return the running time of all kernels [s]; with several devices, the longest of the devices' times."""
+    spans: dict[str, list[tuple[float, float]]] = {}
+    for queue in queues:
+        spans.setdefault(queue.device, []).extend(queue.spans)
+    return max(seconds_covered(each) for each in spans.values())

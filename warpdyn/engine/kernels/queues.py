@@ -12,7 +12,6 @@ from typing import Any
 import numpy as np
 import warp as wp
 
-from warpdyn.engine.device.running_time import seconds_covered
 from warpdyn.engine.kernels.arguments import as_field, blank_value, check_held, wrapped
 from warpdyn.engine.kernels.build import load_kernel
 from warpdyn.engine.kernels.kernel_cache import THREADS_OF_A_BLOCK, initialise
@@ -396,11 +395,3 @@ def open_queues(devices: Sequence[str], threads: int) -> list[Queue]:
         return [CpuQueue(threads) for _ in devices]
     origins = {device: wp.get_stream(device).record_event(wp.Event(device, enable_timing=True)) for device in devices}
     return [CudaQueue(device, origins[device]) for _ in range(BLOCKS_ON_A_GPU) for device in devices]
-
-
-def seconds_in_kernels(queues: Sequence[Queue]) -> float:
-    """Return the running time of all kernels [s]; with several devices, the longest of the devices' times."""
-    spans: dict[str, list[tuple[float, float]]] = {}
-    for queue in queues:
-        spans.setdefault(queue.device, []).extend(queue.spans)
-    return max(seconds_covered(each) for each in spans.values())

@@ -18,7 +18,7 @@ from warpdyn.campaigns.running.regions.checkpoint import region_file
 from warpdyn.campaigns.running.regions.job import Asked, Host, Job
 from warpdyn.campaigns.running.regions.report import Report, state_of
 from warpdyn.campaigns.running.tables import InMemory, Reduced, Table, blank_rows
-from warpdyn.engine.kernels.queues import seconds_in_kernels
+from warpdyn.engine.device.running_time import seconds_in_kernels
 from warpdyn.foundations.files.disk_errors import disk_error
 from warpdyn.foundations.files.zarr_stores import write_region
 
