@@ -5,15 +5,19 @@ oscillator and the same 4,000 motions; each run here pairs them at random, so th
 """
 
 import functools
+import sys
 import warnings
 
 import numpy as np
 import pytest
-import scipy.signal
 import xarray as xr
+from conftest import ROOT
 from scipy.stats import norm
 
 import warpdyn as wd
+
+sys.path.insert(0, str(ROOT / "studies"))
+from parts.analyses.states import motions as noise_motions
 
 G, PERIOD, HEIGHT, STRUCTURES = 9.80665, 0.5, 3.0, 2000
 OMEGA = 2 * np.pi / PERIOD
@@ -40,14 +44,9 @@ SHARES = {"p_delta": [0.0677, 0.201725, 0.1401, 0.09685], "bilinear": [0.0904, 0
 
 
 def motions() -> list[wd.GroundMotion]:
-    noise = np.random.Generator(np.random.PCG64(7)).standard_normal((4000, 1501))
-    r, w = np.exp(-0.6 * 12.5 * 0.01), 12.5 * np.sqrt(1 - 0.6**2) * 0.01
-    x = scipy.signal.lfilter([1.0, -1.0], [1.0, -2 * r * np.cos(w), r * r], noise, axis=1)
-    t = 0.01 * np.arange(1501)
-    x = x * np.where(t < 2, (t / 2) ** 2, np.where(t < 7, 1.0, np.exp(-0.6 * (t - 7))))
-    x /= np.abs(x).max(axis=1, keepdims=True)
-    assert (x**2).sum() == pytest.approx(270556.278, abs=1e-3)
-    return [wd.GroundMotion(G * row, 0.01, f"noise {place}") for place, row in enumerate(x)]
+    found = noise_motions()
+    assert sum(((motion.acceleration / G) ** 2).sum() for motion in found) == pytest.approx(270556.278, abs=1e-3)
+    return found
 
 
 def oscillator(hardening: float, p_delta: float) -> wd.ShearBuilding:
