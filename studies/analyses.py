@@ -12,7 +12,7 @@ Each analysis runs with the model, the motions and the inputs of its reference r
 - Sobol indices, correlation ratios and a tornado diagram of the drift of an elastic building of three storeys.
 
 The study prints a table with the differences, divided by the tolerance that the errors of both results explain: three
-standard errors (state-dependent fragility), half of the 95 % interval (Sobol indices and correlation ratios: one in 20
+standard errors (state-dependent fragility), half of the 95 % interval (Sobol indices and correlation ratios: 5 %
 may be outside), or the digits and steps of the reference. It writes analyses.nc and one figure.
 """
 

@@ -22,7 +22,7 @@ COUNTED = {"peak_storey_drift_ratio": slice(None), "residual_drift_ratio": slice
 
 
 def paused(dtype: str, random_heights: bool) -> PausedEnsemble:
-    """Return an ensemble whose outputs are random numbers; a fifth of its samples has failed, and some collapsed."""
+    """Return an ensemble whose outputs are random numbers; 20 % of its samples have failed, and some collapsed."""
     building = wd.ShearBuilding(np.full(3, 2e5), 2e8, [4.0, 3.0, 3.1], damping="storey", damping_coefficient=1e6)
     scatter = {"height": wd.RandomFactor(wd.Lognormal(1.0, 0.1))} if random_heights else {}
     recorders = ("drift", "acceleration", "residual")

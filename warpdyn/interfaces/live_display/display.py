@@ -29,7 +29,7 @@ class LiveDisplay:
 
     The page shows the motion, the shares of the damage states over time, the peak storey drift ratios over height
     (median, 5 % and 95 % of the ensemble), and the hysteresis loop of one sample. `Live.push` never waits for it:
-    another thread draws the newest answer, in at most a fifth of the time, and leaves out the answers between. Only
+    another thread draws the newest answer, in at most 20 % of the time, and leaves out the answers between. Only
     browsers of this computer can open the page, until the `with` block ends or `close` is called.
 
     Args:
