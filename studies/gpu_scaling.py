@@ -98,7 +98,7 @@ def measure(simulate: Callable[[list[str]], xr.Dataset], devices: list[str], rep
 
 
 def draw(rows: list[dict[str, Any]]) -> Figure:
-    """Draw how many times as fast each run is on several GPUs as on one, beside the ideal line."""
+    """Draw how many times as fast each run is on several GPUs as on one, with the ideal line."""
     figure, panels = plt.subplots(1, 2, figsize=(9, 3.8), layout="constrained", sharey=True)
     for name, label in LABELS.items():
         found = [row for row in rows if row["run"] == name]

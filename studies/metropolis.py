@@ -35,7 +35,7 @@ COLLAPSE_DRIFT_RATIO = 0.10  # storey drift ratio at which a building collapses 
 
 
 class Region(NamedTuple):
-    """What the study analyses: buildings, their scene, and the statistics that a run returns.
+    """A region for the study: buildings, their scene, and the statistics that a run returns.
 
     Args:
         inventory: Table of the buildings.
@@ -43,7 +43,7 @@ class Region(NamedTuple):
         scene: The portfolio under the motions of the earthquake.
         values: Replacement cost of each building.
         loss_ratios: Damage state -> repair cost over replacement cost.
-        statistics: What `simulate` counts and adds up.
+        statistics: Counts and losses that `simulate` adds up.
     """
 
     inventory: pd.DataFrame
