@@ -195,7 +195,7 @@ def pretended(request, monkeypatch):
     monkeypatch.setattr(kept_queues, "_kept", {})
     monkeypatch.setattr(wp.array, "fill_", fill_)
     monkeypatch.setattr(devices, "load_kernel", lambda plan, device: build.load_kernel(plan, "cpu"))
-    for module in ("integration.settings", "running.blocks"):
+    for module in ("integration.settings", "running.blocks", "running.regions.kept_queues"):
         monkeypatch.setattr(f"warpdyn.campaigns.{module}.free_memory", lambda device: 2**34)
     return shim
 
@@ -423,7 +423,7 @@ def test_a_run_uses_the_memory_of_the_last_run(pretended, monkeypatch):
     assert given[3]
     wd.simulate(scene, **settings)
     assert not given[4]
-    monkeypatch.setattr(kept_queues, "MOST_ON_GPUS", 0)  # more memory than is kept
+    monkeypatch.setattr(kept_queues, "SHARE_OF_A_GPU", 0.0)  # more memory than is kept
     wd.simulate(scene, **settings)
     wd.simulate(scene, **settings)
     assert given[5]
