@@ -46,7 +46,7 @@ def read_arguments(
 
 
 def parser_of(description: str | None) -> argparse.ArgumentParser:
-    """Return a parser with the argument `out`; `description` is what `--help` prints."""
+    """Return a parser with the argument `out`; `--help` prints the description."""
     parser = argparse.ArgumentParser(description=description, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--out", type=Path, default=Path("results"), help="folder for the results [%(default)s]")
     return parser
