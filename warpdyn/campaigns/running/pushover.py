@@ -20,7 +20,6 @@ from warpdyn.foundations.core.near_misses import suggests_names
 from warpdyn.foundations.core.plausibility import PlausibilityFindings
 from warpdyn.foundations.files.netcdf import trace
 from warpdyn.model.scene.scatter import Scatter
-from warpdyn.model.structures.frames.hinges.hinged_frame import HingedFrame
 from warpdyn.model.structures.lateral_loads import floor_loads, storey_shears
 from warpdyn.model.structures.lumped.biaxial_spring import BiaxialSpring
 from warpdyn.model.structures.lumped.matrices import of_springs_only
@@ -219,11 +218,6 @@ def _pushed_structure(
     structure: LumpedStructure, path: np.ndarray, pattern: str | Mapping[str, float] | ArrayLike, control: str | None
 ) -> xr.Dataset:
     """Return the result of `pushover` for a lumped structure; arguments as there."""
-    if isinstance(structure, HingedFrame):
-        raise ValueError(
-            "pushover(): a HingedFrame is not supported: simulate the frame under forces that increase slowly, "
-            "wd.ForceHistory(values, step), or push wd.HingedFishbone.from_frame(frame, hinges)"
-        )
     if structure.pairs:
         name = next(each.name for each in structure.given_springs if isinstance(each, BiaxialSpring))
         raise ValueError(
