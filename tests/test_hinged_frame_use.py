@@ -13,7 +13,12 @@ from hinged_frame_cases import irregular, reference_model
 import warpdyn as wd
 
 pytestmark = pytest.mark.meant_as_given(
-    "no_damping", "damping_ratio", "first_period", "strongest_motion", "peak_ground_acceleration"
+    "no_damping",
+    "damping_ratio",
+    "first_period",
+    "strongest_motion",
+    "peak_ground_acceleration",
+    "frame_gravity_over_weight",
 )
 STRONG = {"law": "bilinear", "yield_force": 5e7, "hardening_ratio": 0.02}
 HINGE = STRONG | {"yield_force": 3e5}

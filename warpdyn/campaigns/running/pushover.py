@@ -138,9 +138,9 @@ def pushover(
     A lumped structure is pushed in the same way, by loads on its degrees of freedom: springs take the place of storeys,
     and one degree of freedom (`control`) that of the roof. Its equilibria are found by Newton's method. An equilibrium
     counts if it is stable at the prescribed displacement: the tangent stiffness has no negative eigenvalue, or one and
-    the base shear falls. The massless displacements of a HingedFishbone or a HingedFrame are unknowns like the displacements of
-    its floors. Gravity loads act from the start: their P-Delta effect, and in a HingedFrame also the moments of hinges,
-    which may yield. Displacements and storey drifts are relative to this state.
+    the base shear falls. The massless displacements of a HingedFishbone or a HingedFrame are unknowns like the
+    displacements of its floors. Gravity loads act from the start: their P-Delta effect, and in a HingedFrame also the
+    moments of hinges, which may yield. Displacements and storey drifts are relative to this state.
 
     Drift capacities of storeys and deformation capacities of springs are not considered.
 
@@ -169,8 +169,8 @@ def pushover(
         instead of those of storeys; `displacement`, shape [step, dof]; `dof_load`, the loads over the base shear, shape
         [dof]. The base shear is the sum of the loads times the displacements under a unit displacement of the base, in
         the component of base motion in which it is largest. The attributes `control` and `component` (counted from 1)
-        report the choices. The first springs of a frame with hinges are its storeys: `spring_force` is the shear of their
-        columns and braces, and `dissipated_energy` is 0, because hinges dissipate the energy.
+        report the choices. The first springs of a frame with hinges are its storeys: `spring_force` is the shear of
+        their columns and braces, and `dissipated_energy` is 0, because hinges dissipate the energy.
 
     Raises:
         ValueError: If a displacement is not finite, or the pattern is unknown, negative or without a load on the roof;
