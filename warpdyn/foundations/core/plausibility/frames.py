@@ -23,7 +23,7 @@ CHECKS_OF_FRAMES: Mapping[str, Check] = {
         | {"with area in mm2 and second_moment in mm4": 1e-3, "with area in cm2 and second_moment in cm4": 1e-2},
         typical=0.2,
     ),
-    # Gravity loads of a frame may be those of its own joints only, without the leaning columns.
+    # Gravity loads may be those of the joints only, without the leaning columns.
     "frame_gravity_over_weight": Check(
         *("gravity loads of the frame over its masses times g", "1", 0.0, 30.0),
         with_units("masses", MASS, -1),

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 def warn_of_implausible_tables(frame: Frame) -> None:
     """Give one warning of implausible lengths, moduli, sections, and gravity loads over masses of a frame.
 
-    A frame with an elastic modulus of 1 is in units of its own, such as a frame of a textbook, and is not checked.
+    A frame with an elastic modulus of 1 is dimensionless, as frames of textbooks, and is not checked.
     """
     modulus = {name: row["elastic_modulus"] for name, row in frame.sections.items()}
     if 1.0 in modulus.values():
