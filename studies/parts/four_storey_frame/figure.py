@@ -82,7 +82,9 @@ def _draw_rotations(axes: Axes, result: xr.Dataset) -> None:
             else:
                 axes.errorbar(median, place, xerr=[median - low, high - median], fmt=marker, capsize=2, label=words)
     axes.plot([], [], "o", color="0.6", ms=3, label="hinges of the frame, 50 %")
-    axes.set(xlabel="Peak rotation of hinges [% rad]", ylabel="Floor", ylim=(-0.5, 4.5), yticks=range(5))
+    axes.set(
+        xlabel="Peak rotation of hinges [% rad]", ylabel="Floor", ylim=(-0.5, 5.7), yticks=range(5)
+    )  # space for the legend
     axes.set_xlim(left=0)
     axes.legend(frameon=False, fontsize=8)
     axes.set_title("Hinges at 0.6 g (fish-bone: 16, 50, 84 %)", fontsize=10)
