@@ -1,11 +1,11 @@
-"""Fragility of a four-storey steel moment frame by models of different cost: a fish-bone and two sticks.
+"""Fragility of a four-storey steel moment frame by models of different cost: frame, fish-bone and sticks.
 
     python studies/four_storey_frame.py --out results
 
 The frame of Skiadopoulos and Lignos (2022) has 56 hinges after Ibarra, Medina and Krawinkler. Random frames are
-analysed under the 44 far-field records of FEMA P-695 at 17 levels of Sa(T1, 5 %), as a fish-bone with 12 hinges, as a
-flexural-shear stick and as a shear stick. The study also compares the models with histories of the whole frame by
-OpenSeesPy, and measures their computing time. It writes four_storey_frame.nc and one figure.
+analysed under the 44 far-field records of FEMA P-695 at 17 levels of Sa(T1, 5 %), as the whole frame, as a fish-bone
+with 12 hinges, as a flexural-shear stick and as a shear stick. The study also compares the models with histories of
+the whole frame by OpenSeesPy, and measures their computing time. It writes four_storey_frame.nc and one figure.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ def scene_of(model: Model, excitation: wd.Stripes | wd.Cloud, *, is_random: bool
     structure = model.structure
     has_storeys = isinstance(structure, wd.ShearBuilding) or structure.storeys > 0
     recorders = ("drift",) if has_storeys else ("output",)
-    recorders += ("spring",) if isinstance(structure, wd.HingedFishbone) else ()
+    recorders += ("spring",) if isinstance(structure, wd.HingedFrame | wd.HingedFishbone) else ()
     limit = COLLAPSE_DRIFT_RATIO if isinstance(structure, wd.ShearBuilding) else None
     scatter = model.scatter if is_random else {}
     return wd.Scene(structure, excitation, scatter, recorders=recorders, collapse_drift_ratio=limit)

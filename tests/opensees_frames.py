@@ -36,8 +36,8 @@ def build(
     """Build an OpenSees model of a frame.
 
     Without `has_member_mass`, lumped masses of members are masses of nodes: with masses of elements, UniformExcitation
-    of OpenSees 3.7.1 applies twice the load of these masses. With `p_delta`, trusses are leaning columns with OpenSees'
-    P-Delta transformation, and the gravity loads act.
+    of OpenSees 3.7.1 applies twice the load of these masses. With `p_delta`, columns and trusses, which
+    are leaning columns, have OpenSees' P-Delta transformation, and the gravity loads act.
     """
     ops = opensees()
     ops.wipe()
@@ -52,8 +52,9 @@ def build(
         section, tag = frame.sections[row["section"]], tags[name]
         ends = [number[row[end]] for end in ENDS]
         is_leaning = p_delta and row["kind"] == "truss"
+        is_column = frame.nodes[row["start"]]["y"] != frame.nodes[row["end"]]["y"]
         ops.geomTransf(
-            "PDelta" if is_leaning else "Linear",
+            "PDelta" if p_delta and is_column else "Linear",
             tag,
             "-jntOffset",
             *(row["offset_start_x"], row["offset_start_y"], row["offset_end_x"], row["offset_end_y"]),

@@ -7,6 +7,7 @@ import pandas as pd
 import pytest
 
 import warpdyn as wd
+from warpdyn.foundations.core.plausibility.frames import CHECKS_OF_FRAMES
 
 pytestmark = pytest.mark.fast
 
@@ -166,6 +167,7 @@ def test_wrong_loads_are_refused():
         truss.static({"C": {"mz": 1.0}})
 
 
+@pytest.mark.meant_as_given("frame_gravity_over_weight")
 def test_gravity_above_the_buckling_load_is_refused():
     heavy = {"B": (0.0, 4.0, "none", "none", 0.0, 2e7), "C": (6.0, 4.0, "none", "none", 0.0, 2e7)}
     frame = wd.Frame(**changed(nodes=heavy))
@@ -284,3 +286,49 @@ def test_a_table_that_was_read_as_one_column_says_how_it_is_read(tmp_path):
     path.write_text(NODES.replace(",", "."))
     with pytest.raises(ValueError, match=r"nodes: the table has the only column 'node;x;y'.* sep=';'"):
         wd.Frame(**changed(nodes=pd.read_csv(path)))
+
+
+def in_units(length: float = 1.0, force: float = 1.0, mass: float = 1.0, pressure: float = 1.0) -> dict:
+    """Return the portal with gravity loads; arguments are numbers of another unit in one SI unit."""
+    found = arguments()
+    found["nodes"] = {name: (x * length, y * length) for name, (x, y) in found["nodes"].items()}
+    found["nodes"]["B"] = {"x": 0.0, "y": 4.0 * length, "gravity_load": 6e5 * force}
+    for row in found["sections"].values():
+        row["elastic_modulus"] *= pressure
+        row["area"] *= length**2
+        row["second_moment"] *= length**4
+    found["masses"] = {"floor": 70e3 * mass}
+    return found
+
+
+@pytest.mark.parametrize(
+    ("units", "meant"),
+    {
+        "mm": ({"length": 1e3}, "length of the member 'left' is 4000 m .*: if given in mm, it would be 4 m"),
+        "mm4": (
+            {"length": 1e3},
+            "radius of gyration of the section.*: with area in mm2 and second_moment in mm4",
+        ),
+        "MPa": ({"pressure": 1e-6}, "elastic_modulus of the section 'c' .*: if given in MPa or N/mm2, .* 2e.11 Pa"),
+        "GPa": ({"pressure": 1e-9}, "elastic_modulus of the section 'c' .*: if given in GPa or kN/mm2, .* 2e.11 Pa"),
+        "kPa": ({"force": 1e-3, "mass": 1e-3, "pressure": 1e-3}, "elastic_modulus .*: if given in kPa or kN/m2"),
+        "kN": ({"force": 1e-3}, "masses of the frame times g over its gravity loads .*: with gravity_load given in kN"),
+        "t": ({"mass": 1e-3}, "gravity loads of the frame over its masses times g .*: with masses given in tonnes"),
+    }.values(),
+)
+def test_other_units_are_warned_of(units, meant):
+    with pytest.warns(UserWarning, match=meant) as caught:
+        frame = wd.Frame(**in_units(**units))
+    assert len(caught) == 1
+    assert caught[0].filename == __file__
+    wd.fishbone(frame)  # does not repeat the warning
+    with wd.meant_as_given(*CHECKS_OF_FRAMES):
+        wd.Frame(**in_units(**units))
+
+
+def test_frames_in_si_units_and_dimensionless_frames_are_not_warned_of():
+    wd.Frame(**in_units())
+    dimensionless = in_units(length=1e3)
+    for row in dimensionless["sections"].values():
+        row["elastic_modulus"] = 1.0
+    wd.Frame(**dimensionless)

@@ -67,18 +67,27 @@ def _draw_cost(axes: Axes, result: xr.Dataset, colour: dict[str, str]) -> None:
 
 
 def _draw_rotations(axes: Axes, result: xr.Dataset) -> None:
-    row = result["hinge_rotation"].dropna("model", how="all").isel(model=0)
-    names = [str(name) for name in row["hinge"].values]
+    """Draw quantiles of the fish-bone's hinges, and the median of each hinge of the frame as a small marker."""
     for (words, (kind, end)), marker, shift in zip(HINGES.items(), "os^", (0.0, -0.12, 0.12), strict=True):
-        chosen = [name for name in names if name[0] == kind and name.endswith(end)]
-        floors = np.array([int(name.split()[0][1:]) for name in chosen])
-        place = floors - (end == "start" and kind == "C") + shift
-        low, median, high = 100 * row.sel(hinge=chosen).values
-        axes.errorbar(median, place, xerr=[median - low, high - median], fmt=marker, capsize=2, label=words)
-    axes.set(xlabel="Peak rotation of hinges [% rad]", ylabel="Floor", ylim=(-0.5, 4.5), yticks=range(5))
+        for model in ("frame", "fish-bone"):
+            row = result["hinge_rotation"].sel(model=model).dropna("hinge", how="all")
+            names = [str(name) for name in row["hinge"].values]
+            ends = (end,) if model == "fish-bone" or kind == "C" else ("start", "end")
+            chosen = [name for name in names if name[0] == kind and name.endswith(ends)]
+            floors = np.array([int(name.split()[0][1:].split("_")[0]) for name in chosen])
+            place = floors - (end == "start" and kind == "C") + shift
+            low, median, high = 100 * row.sel(hinge=chosen).values
+            if model == "frame":
+                axes.plot(median, place, marker, color="0.6", ms=3, zorder=1)
+            else:
+                axes.errorbar(median, place, xerr=[median - low, high - median], fmt=marker, capsize=2, label=words)
+    axes.plot([], [], "o", color="0.6", ms=3, label="hinges of the frame, 50 %")
+    axes.set(
+        xlabel="Peak rotation of hinges [% rad]", ylabel="Floor", ylim=(-0.5, 5.7), yticks=range(5)
+    )  # space for the legend
     axes.set_xlim(left=0)
     axes.legend(frameon=False, fontsize=8)
-    axes.set_title("Fish-bone, hinges at 0.6 g: 16, 50, 84 %", fontsize=10)
+    axes.set_title("Hinges at 0.6 g (fish-bone: 16, 50, 84 %)", fontsize=10)
 
 
 def _label_decades(axis: Axis) -> None:

@@ -1,4 +1,4 @@
-"""Models of the four-storey frame: a fish-bone, and two sticks with the capacity curve of the fish-bone."""
+"""Models of the four-storey frame: the frame, a fish-bone, and two sticks with the capacity curve of the fish-bone."""
 
 from __future__ import annotations
 
@@ -34,6 +34,12 @@ def random_strengths(per: str, only: tuple[str, ...] | None = None) -> dict[str,
     more = {} if only is None else {"only": only}
     names = {"yield_force": SCATTER_OF_STRENGTH, "plastic_drift_to_capping": SCATTER_OF_ROTATION}
     return COMMON | {name: wd.RandomFactor(scatter, per=per, **more) for name, scatter in names.items()}
+
+
+def whole_frame() -> Model:
+    """Return the frame with its 56 hinges."""
+    structure = wd.HingedFrame(*frame_and_hinges(), drift_capacity=COLLAPSE_DRIFT_RATIO, **DAMPED)
+    return Model(structure, random_strengths("spring", structure.hinge_names))
 
 
 def fish_bone() -> Model:
@@ -130,6 +136,7 @@ def energy_capacity() -> float:
 
 
 MODELS: dict[str, Callable[[], Model]] = {
+    "frame": whole_frame,
     "fish-bone": fish_bone,
     "flexural-shear stick": flexural_shear_stick,
     "shear stick": shear_stick,

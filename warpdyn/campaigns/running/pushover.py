@@ -20,7 +20,6 @@ from warpdyn.foundations.core.near_misses import suggests_names
 from warpdyn.foundations.core.plausibility import PlausibilityFindings
 from warpdyn.foundations.files.netcdf import trace
 from warpdyn.model.scene.scatter import Scatter
-from warpdyn.model.structures.frames.hinges.hinged_frame import HingedFrame
 from warpdyn.model.structures.lateral_loads import floor_loads, storey_shears
 from warpdyn.model.structures.lumped.biaxial_spring import BiaxialSpring
 from warpdyn.model.structures.lumped.matrices import of_springs_only
@@ -139,8 +138,9 @@ def pushover(
     A lumped structure is pushed in the same way, by loads on its degrees of freedom: springs take the place of storeys,
     and one degree of freedom (`control`) that of the roof. Its equilibria are found by Newton's method. An equilibrium
     counts if it is stable at the prescribed displacement: the tangent stiffness has no negative eigenvalue, or one and
-    the base shear falls. The massless rotations of a HingedFishbone are unknowns like the displacements of its floors;
-    gravity on leaning columns acts from the start.
+    the base shear falls. The massless displacements of a HingedFishbone or a HingedFrame are unknowns like the
+    displacements of its floors. Gravity loads act from the start: their P-Delta effect, and in a HingedFrame also the
+    moments of hinges, which may yield. Displacements and storey drifts are relative to this state.
 
     Drift capacities of storeys and deformation capacities of springs are not considered.
 
@@ -169,14 +169,14 @@ def pushover(
         instead of those of storeys; `displacement`, shape [step, dof]; `dof_load`, the loads over the base shear, shape
         [dof]. The base shear is the sum of the loads times the displacements under a unit displacement of the base, in
         the component of base motion in which it is largest. The attributes `control` and `component` (counted from 1)
-        report the choices. The first springs of a HingedFishbone are its storeys: `spring_force` is the shear of their
-        columns, and `dissipated_energy` is 0, because hinges dissipate the energy.
+        report the choices. The first springs of a frame with hinges are its storeys: `spring_force` is the shear of
+        their columns and braces, and `dissipated_energy` is 0, because hinges dissipate the energy.
 
     Raises:
         ValueError: If a displacement is not finite, or the pattern is unknown, negative or without a load on the roof;
             for a lumped structure, if a name is unknown, the loads have no resultant in the direction of a base motion,
-            or the structure is a HingedFrame or has biaxial springs.
-        RuntimeError: If no equilibrium is found at all.
+            or the structure has biaxial springs.
+        RuntimeError: If no equilibrium is found at all, also not under the gravity loads.
         TypeError: If `building` is neither a ShearBuilding nor a LumpedStructure.
 
     Example:
@@ -219,11 +219,6 @@ def _pushed_structure(
     structure: LumpedStructure, path: np.ndarray, pattern: str | Mapping[str, float] | ArrayLike, control: str | None
 ) -> xr.Dataset:
     """Return the result of `pushover` for a lumped structure; arguments as there."""
-    if isinstance(structure, HingedFrame):
-        raise ValueError(
-            "pushover(): a HingedFrame is not supported: simulate the frame under forces that increase slowly, "
-            "wd.ForceHistory(values, step), or push wd.HingedFishbone.from_frame(frame, hinges)"
-        )
     if structure.pairs:
         name = next(each.name for each in structure.given_springs if isinstance(each, BiaxialSpring))
         raise ValueError(

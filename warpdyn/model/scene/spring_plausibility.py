@@ -66,8 +66,9 @@ def add_lumped(
         if not isinstance(structure, FlexuralShearBuilding | TorsionalBuilding):
             heights = np.where(heights < LEAST_STOREY_HEIGHT, np.nan, heights)  # may be bearings
         findings.add("storey_height", heights, where, along="storey")
-    if isinstance(structure, FlexuralShearBuilding) and structure.storeys > 1:
-        ratio = structure.fundamental_period / structure.floor_heights[-1]
+    is_frame = hasattr(structure, "frame")  # runs of other structures do not import frames
+    if (is_frame or isinstance(structure, FlexuralShearBuilding)) and structure.storeys > 1:
+        ratio = structure.fundamental_period / values["height"].sum()
         findings.add("first_period_over_height", ratio, where)
     if isinstance(structure, TorsionalBuilding):
         sides = np.diff(structure.plan, axis=1).ravel()

@@ -23,9 +23,10 @@ MOST_TRIED = 8  # most springs that are tried as the only one that softens
 class PushedStructure(Pushed):
     """A lumped structure in equilibrium under loads; `push` moves it to the next displacement of one degree of freedom.
 
-    The resistance is R(q) = sum of the springs' forces on the coordinates + (K - K_geometric) q; in equilibrium it is
-    the load factor times the load pattern. Coordinates are the degrees of freedom and, in a frame with hinges,
-    rotations without mass and loads.
+    The resistance is R(q) = sum of the springs' forces on the coordinates + (K - K_geometric) q - permanent loads; in
+    equilibrium it is the load factor times the load pattern. Coordinates are the degrees of freedom and, in a frame
+    with hinges, displacements without mass. Displacements and storey drifts are relative to the equilibrium under the
+    permanent loads, rotations of hinges are not.
 
     Args:
         structure: The structure.
@@ -45,7 +46,7 @@ class PushedStructure(Pushed):
     ) -> None:
         super().__init__(rules, coefficients)
         self.structure, self.control = structure, control
-        self.rows, self.elastic = structure.static_system()
+        self.rows, self.elastic, self.permanent = structure.static_system()
         coordinates = len(self.elastic)
         self.loads: np.ndarray = np.append(loads, np.zeros(coordinates - structure.dofs))
         self.launch.launch()  # devices have their stiffness in the law
@@ -62,16 +63,42 @@ class PushedStructure(Pushed):
         self.tangent_shape = self.elastic_shape
         self.displacement, self.trial_displacement = np.zeros(coordinates), np.zeros(coordinates)
         self.last_moves, self.softening = np.zeros(coordinates), 0
+        self.at_rest, self.offset = np.zeros(coordinates), np.zeros(len(self.rows))
+        if self.permanent.any():
+            self._settle()
+
+    def _settle(self) -> None:
+        """Move to the equilibrium under the permanent loads; all coordinates are free."""
+        self._try(cho_solve(self.factor, self.permanent))
+        scale = np.sqrt(self.permanent @ self.trial_displacement * self.load_stiffness)
+        for _ in range(ITERATIONS):
+            left = self._size(self._resistance())
+            if left <= TOLERANCE * scale:
+                break
+            for stiffness in (self._matrix(self._tangents()), self.initial):
+                correction = np.linalg.lstsq(stiffness, -self._resistance())[0]
+                if self._descend(correction, left, has_loads=False):
+                    break
+        else:
+            raise RuntimeError(
+                "pushover: no equilibrium under the gravity loads was found, because hinges yield under gravity: check "
+                "the units of gravity_load [N] and yield_force [N m]"
+            )
+        self.at_rest[:] = self.displacement[:] = self.trial_displacement
+        self._accept()
+        dofs = self.structure.dofs
+        self.offset = self.rows[:, :dofs] @ self.at_rest[:dofs]
+        self.drift -= self.offset
 
     @property
     def reached(self) -> float:
         """Displacement of the controlled degree of freedom [m]."""
-        return float(self.displacement[self.control])
+        return float(self.displacement[self.control] - self.at_rest[self.control])
 
     @property
     def moved(self) -> np.ndarray:
         """Displacements along the coordinates [m], shape [coordinate]."""
-        return self.displacement.copy()
+        return self.displacement - self.at_rest
 
     def reason_to_stop(self) -> str:
         """Return, as text for a message, why the last call of `push` found no further equilibrium."""
@@ -131,14 +158,14 @@ class PushedStructure(Pushed):
     def _found_from(self, shape: np.ndarray, displacement: float, scale: float) -> float | None:
         """Search an equilibrium from moves of a given shape [1, 1/m]; return its base shear [N], or None."""
         start = self.displacement + (displacement - self.reached) * shape
-        start[self.control] = displacement
+        start[self.control] = displacement + self.at_rest[self.control]
         self._try(start)
         return self._balance(scale)
 
     def _try(self, displacement: np.ndarray) -> None:
         """Evaluate all springs at trial displacements, shape [coordinate]."""
         self.trial_displacement = displacement
-        self.trial[:] = self.rows @ displacement
+        self.trial[:] = self.rows @ displacement - self.offset
         self.launch.launch()
 
     def _balance(self, scale: float) -> float | None:
@@ -158,15 +185,17 @@ class PushedStructure(Pushed):
                 self._descend(self._correction(self.initial), unbalanced)
         return None
 
-    def _descend(self, correction: np.ndarray, unbalanced: float) -> bool:
+    def _descend(self, correction: np.ndarray, unbalanced: float, *, has_loads: bool = True) -> bool:
         """Change the trial displacements by `correction`, halved until the unbalanced force [N] decreases.
 
-        Return whether it decreases; otherwise the trial displacements have the whole correction.
+        Return whether it decreases; otherwise the trial displacements have the whole correction. Without `has_loads`,
+        only the permanent loads act.
         """
         start, share = self.trial_displacement, 1.0
         for _ in range(SHORTENINGS):
             self._try(start + share * correction)
-            if self._unbalanced() <= (1 - LEAST_DESCENT * share) * unbalanced:
+            left = self._unbalanced() if has_loads else self._size(self._resistance())
+            if left <= (1 - LEAST_DESCENT * share) * unbalanced:
                 return True
             share *= 0.5
         self._try(start + correction)
@@ -174,7 +203,7 @@ class PushedStructure(Pushed):
 
     def _resistance(self) -> np.ndarray:
         """Return the resistance to the trial displacements [N, N m], shape [coordinate]."""
-        found: np.ndarray = self.rows.T @ self.trial_force + self.elastic @ self.trial_displacement
+        found: np.ndarray = self.rows.T @ self.trial_force + self.elastic @ self.trial_displacement - self.permanent
         return found
 
     def _load_factor(self) -> float:
@@ -183,12 +212,16 @@ class PushedStructure(Pushed):
         return float(softened @ self._resistance() / (softened @ self.loads))
 
     def _unbalanced(self) -> float:
-        """Return the unbalanced force [N] in the norm of the initial flexibility; inf if a trial is too large."""
+        """Return the unbalanced force [N]; inf if a trial is too large."""
         with np.errstate(over="ignore", invalid="ignore"):
-            rest = self._resistance() - self._load_factor() * self.loads
-            if not np.isfinite(rest).all():
-                return np.inf
-            return float(np.sqrt(max(rest @ cho_solve(self.factor, rest), 0.0) * self.load_stiffness))
+            return self._size(self._resistance() - self._load_factor() * self.loads)
+
+    def _size(self, forces: np.ndarray) -> float:
+        """Return the size of forces [N] in the norm of the initial flexibility; inf if one is not finite."""
+        if not np.isfinite(forces).all():
+            return np.inf
+        with np.errstate(over="ignore", invalid="ignore"):
+            return float(np.sqrt(max(forces @ cho_solve(self.factor, forces), 0.0) * self.load_stiffness))
 
     def _tangents(self) -> np.ndarray:
         """Return the tangent stiffness of each spring [N/m]; near 0 it is replaced by a small stiffness."""

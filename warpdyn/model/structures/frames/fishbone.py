@@ -10,6 +10,8 @@ import numpy as np
 
 from warpdyn.foundations.core.checks import check_kind
 from warpdyn.foundations.core.near_misses import suggests_names
+from warpdyn.foundations.core.plausibility import meant_as_given
+from warpdyn.foundations.core.plausibility.frames import CHECKS_OF_FRAMES
 from warpdyn.model.structures.frames.frame import Frame
 
 RIGID_AREA = 1e3  # area of the column line over the sum of the columns, so that it is nearly axially rigid
@@ -97,7 +99,8 @@ def fishbone(frame: Frame) -> Frame:
             members[f"L{place}"] = {"start": f"L{place - 1}", "end": names[2], "section": "leaning", "kind": "truss"}
             diaphragms[floor].append(names[2])
     masses = _masses_of_floors(frame, floors)
-    return Frame(nodes, members, sections, supports=supports, diaphragms=diaphragms, masses=masses)
+    with meant_as_given(*CHECKS_OF_FRAMES):  # the warning of the given frame
+        return Frame(nodes, members, sections, supports=supports, diaphragms=diaphragms, masses=masses)
 
 
 def _base(frame: Frame) -> float:

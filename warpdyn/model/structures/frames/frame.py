@@ -32,6 +32,7 @@ from warpdyn.model.structures.frames.tables.columns import (
     read_member_loads,
     read_supports,
 )
+from warpdyn.model.structures.frames.tables.plausibility import warn_of_implausible_tables
 from warpdyn.model.structures.frames.tables.table import Rows, TableLike, column_of, read_table
 
 MASS_KINDS, GEOMETRIC_KINDS = ("lumped", "consistent"), ("string", "consistent")
@@ -112,6 +113,7 @@ class Frame(FrameStoreys, FrameMatrices):
         resists = (~self.geometry.is_bar[:, None] & (self.geometry.end_springs > 0)) | offsets
         self.numbering = numbering_of(list(self.nodes), self.ends, resists, self.supports, self.diaphragms)
         checks.check_moves(self)
+        warn_of_implausible_tables(self)
 
     def _of_section(self, column: str) -> np.ndarray:
         return np.array([self.sections[row["section"]][column] for row in self.members.values()])

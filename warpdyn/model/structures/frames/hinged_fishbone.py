@@ -18,6 +18,7 @@ from warpdyn.model.structures.frames.hinges.hinged_structure import Hinge, Hinge
 from warpdyn.model.structures.frames.joined_hinges import joined_hinges
 from warpdyn.model.structures.frames.line_statics import line_statics
 from warpdyn.model.structures.frames.members.elements import Sections, shear_ratio
+from warpdyn.model.structures.lumped.matrices import StaticSystem
 from warpdyn.model.structures.lumped.spring import Spring
 
 
@@ -188,12 +189,12 @@ class HingedFishbone(HingedStructure):
         of_hinges = np.broadcast_to(values["stiffness"], (count, len(self.springs)))[:, len(self.line) :]
         return np.concatenate([np.stack(rows), of_hinges.T])
 
-    def static_system(self) -> tuple[np.ndarray, np.ndarray]:
+    def static_system(self) -> StaticSystem:
         """Return the equations of static equilibrium of floors, joints and ends of members; see LumpedMatrices."""
         deformations, stiffness, _ = line_statics(self)
         one = {name: values[None] for name, values in self.parameters.items()}
         stiffness[: self.dofs, : self.dofs] -= (np.zeros((1, self.dofs, self.dofs)) + self.geometric_matrices(one))[0]
-        return deformations, stiffness
+        return StaticSystem(deformations, stiffness, np.zeros(len(stiffness)))
 
     def forces_of_gauges(self, coordinates: np.ndarray) -> np.ndarray:
         """Return the storey shears of the columns [N], shape [step, storey]; see LumpedMatrices."""

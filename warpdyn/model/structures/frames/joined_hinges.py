@@ -9,6 +9,8 @@ import numpy as np
 
 from warpdyn.foundations.core.checks import shortened
 from warpdyn.foundations.core.near_misses import did_you_mean
+from warpdyn.foundations.core.plausibility import meant_as_given
+from warpdyn.foundations.core.plausibility.frames import CHECKS_OF_FRAMES
 from warpdyn.model.structures.frames.fishbone import fishbone, levels_of
 from warpdyn.model.structures.frames.frame import Frame
 
@@ -50,7 +52,8 @@ def joined_hinges(frame: Frame, hinges: object) -> tuple[Frame, dict[End, dict[s
         if joined is not None:
             stiffness, found[f"B{place}", "start"] = joined
             _put_in_series(arguments, f"B{place}", stiffness)
-    return Frame(**arguments), found
+    with meant_as_given(*CHECKS_OF_FRAMES):  # the warning of the given frame
+        return Frame(**arguments), found
 
 
 def _put_in_series(arguments: dict[str, Any], beam: str, stiffness: float) -> None:

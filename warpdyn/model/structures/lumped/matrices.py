@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import NamedTuple
 
 import numpy as np
 
@@ -23,6 +24,20 @@ OF_DOFS = ("mass",)
 OF_STOREYS = ("height",)
 OF_STRUCTURE = ("damping_ratio", INCIDENCE)
 OF_MEMBERS = ("elastic_modulus", "area", "second_moment")
+
+
+class StaticSystem(NamedTuple):
+    """Equations of static equilibrium; the first coordinates are the degrees of freedom, the others are massless.
+
+    Args:
+        deformations: Coefficients of the springs' deformations, shape [spring, coordinate].
+        stiffness: Elastic minus geometric stiffness without springs [N/m], shape [coordinate, coordinate].
+        loads: Permanent loads [N], shape [coordinate].
+    """
+
+    deformations: np.ndarray
+    stiffness: np.ndarray
+    loads: np.ndarray
 
 
 class LumpedMatrices:
@@ -163,25 +178,19 @@ class LumpedMatrices:
         """Return the stiffness that gravity takes away [N/m], shape [structure or 1, dof, dof], or 0."""
         return self.matrices.get("geometric_stiffness", 0.0)
 
-    def static_system(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return the equations of static equilibrium: deformations of the springs, and the stiffness without springs.
-
-        The first coordinates are the degrees of freedom. Further coordinates are massless and have no loads.
-
-        Returns:
-            Coefficients of the springs' deformations, shape [spring, coordinate]; elastic minus geometric stiffness
-            [N/m], shape [coordinate, coordinate].
-        """
+    def static_system(self) -> StaticSystem:
+        """Return the equations of static equilibrium; loads of a pushover act on the degrees of freedom."""
         one = {name: values[None] for name, values in self.parameters.items()}
         elastic = np.zeros((1, len(self.dof_names), len(self.dof_names)))
         elastic = elastic + self.elastic_matrices(one) - self.geometric_matrices(one)
-        return self.directions, elastic[0]
+        return StaticSystem(self.directions, elastic[0], np.zeros(len(self.dof_names)))
 
     def forces_of_gauges(self, coordinates: np.ndarray) -> np.ndarray:
         """Return the forces that members exert in place of the first springs [N], shape [step, spring].
 
         Args:
-            coordinates: Coordinates of `static_system`, shape [step, coordinate].
+            coordinates: Coordinates of `static_system` relative to the state under permanent loads, shape [step,
+                coordinate].
         """
         return np.zeros((len(coordinates), 0))
 

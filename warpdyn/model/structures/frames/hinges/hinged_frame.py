@@ -24,9 +24,11 @@ from warpdyn.model.structures.frames.hinges.checks import (
 from warpdyn.model.structures.frames.hinges.hinged_structure import Hinge, HingedStructure
 from warpdyn.model.structures.frames.hinges.joints import Joints, joints_of
 from warpdyn.model.structures.frames.hinges.packing import layout_of, packed
+from warpdyn.model.structures.frames.hinges.statics import FrameStatics, frame_statics
 from warpdyn.model.structures.frames.hinges.values import FrameValues, HingedMembers, geometric_stiffness, values_of
 from warpdyn.model.structures.frames.members.elements import Sections
 from warpdyn.model.structures.frames.reduced_frame import MOST_VALUES
+from warpdyn.model.structures.lumped.matrices import StaticSystem
 from warpdyn.model.structures.lumped.spring import Spring
 
 
@@ -110,13 +112,13 @@ class HingedFrame(HingedStructure):
             damping_modes=damping_modes,
             damping_matrix=damping_matrix,
         )
-        moments = np.abs(self._values_of(Sections(*(each[None] for each in self._nominal_sections))).moments[0])
+        moments = np.abs(self.frame_values.moments[0])
         rows = {member: row for row, member in enumerate(self.hinged_members.members)}
-        of_hinges = np.array([moments[rows[member], end] for member, end in self._places])
+        of_hinges = np.array([moments[rows[member], end] for member, end in self.places_of_hinges])
         warn_of_gravity_moments(list(self.springs[len(frame.storey_drifts) :]), of_hinges)
 
-    @property
-    def _places(self) -> list[tuple[int, int]]:
+    @cached_property
+    def places_of_hinges(self) -> list[tuple[int, int]]:
         """Member and end of each hinge, as indices."""
         members = {name: place for place, name in enumerate(self.frame.members)}
         return [(members[member], ENDS.index(end)) for member, end in self.hinges]
@@ -124,7 +126,7 @@ class HingedFrame(HingedStructure):
     def _gauges(self, names: Sequence[str]) -> tuple[list[Spring], list[float]]:
         """Return the storeys followed by the hinges, and the storey heights [m]."""
         found, heights = super()._gauges(names)
-        for name, (member, end), row in zip(self.hinge_names, self._places, self.hinges.values(), strict=True):
+        for name, (member, end), row in zip(self.hinge_names, self.places_of_hinges, self.hinges.values(), strict=True):
             stiffness = float(self.frame.geometry.end_springs[member, end])
             parameters = {key: value for key, value in row.items() if key != "law"}
             found.append(Hinge(name, names[0], stiffness, row["law"], **parameters))
@@ -133,7 +135,7 @@ class HingedFrame(HingedStructure):
     @cached_property
     def hinged_members(self) -> HingedMembers:
         """The members with hinges."""
-        places = self._places
+        places = self.places_of_hinges
         members = sorted({member for member, _ in places})
         is_hinge = np.array([[(member, end) in places for end in range(len(ENDS))] for member in members])
         return HingedMembers(members, is_hinge, np.where(is_hinge, self.frame.geometry.end_springs[members], np.inf))
@@ -152,10 +154,15 @@ class HingedFrame(HingedStructure):
             self.joints,
             self.hinged_members,
             self._values_of(Sections(*unequal)),
-            {place: storeys + hinge for hinge, place in enumerate(self._places)},
+            {place: storeys + hinge for hinge, place in enumerate(self.places_of_hinges)},
             storeys,
             [place for place, spring in enumerate(self.springs) if place >= storeys and spring.law is Elastic],
         )
+
+    @cached_property
+    def frame_values(self) -> FrameValues:
+        """The values of the frame with its nominal sections."""
+        return self._values_of(Sections(*(each[None] for each in self._nominal_sections)))
 
     def _values_of(self, sections: Sections) -> FrameValues:
         return values_of(
@@ -170,14 +177,12 @@ class HingedFrame(HingedStructure):
         most = max(map(len, given))
         sections = [np.broadcast_to(each, (most, each.shape[1])) for each in given]
         step = max(1, MOST_VALUES // self.frame.numbering.free.size**2)
-        to_floors = self.joints.to_free[self.kept][:, self.joints.places.size :]
-        softening = -(to_floors.T @ self._softening_of_floors @ to_floors)
         parts = [
             packed(
                 self.column_line,
                 self.joints,
                 self._values_of(Sections(*(each[first : first + step] for each in sections))),
-                softening,
+                self.softening_of_storeys,
             )
             for first in range(0, most, step)
         ]
@@ -190,6 +195,27 @@ class HingedFrame(HingedStructure):
         """Geometric stiffness between floors, tension positive [N/m], shape [floor, floor]."""
         kept = self.kept
         return geometric_stiffness(self.frame)[np.ix_(kept, kept)] if self.p_delta else np.zeros((kept.size,) * 2)
+
+    @cached_property
+    def softening_of_storeys(self) -> np.ndarray:
+        """Storey shear of P-Delta per drift [N/m], shape [storey, storey]."""
+        to_floors = self.joints.to_free[self.kept][:, self.joints.places.size :]
+        found: np.ndarray = -(to_floors.T @ self._softening_of_floors @ to_floors)
+        return found
+
+    @cached_property
+    def statics(self) -> FrameStatics:
+        """The equations of static equilibrium with the nominal sections."""
+        return frame_statics(self)
+
+    def static_system(self) -> StaticSystem:
+        """Return the equations of static equilibrium of floors, joints and hinges; see LumpedMatrices."""
+        return self.statics.system
+
+    def forces_of_gauges(self, coordinates: np.ndarray) -> np.ndarray:
+        """Return the storey shears of columns and braces [N], shape [step, storey]; see LumpedMatrices."""
+        found: np.ndarray = coordinates @ self.statics.shears.T
+        return found
 
     def linear_matrices(self, values: Mapping[str, np.ndarray]) -> np.ndarray:
         """Return the difference of the condensed geometric stiffness and that between floors, which the kernel needs.

@@ -1,0 +1,37 @@
+"""Plausibility checks of the tables of plane frames; part of the table of checks."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from warpdyn.foundations.core.plausibility.check import FORCE, LENGTH, MASS, Check, given_in, with_units
+
+CHECKS_OF_FRAMES: Mapping[str, Check] = {
+    # Parts of members between nodes may be short; spans of 100 m are those of bridges.
+    "member_length": Check("length of the member", "m", 0.01, 150.0, given_in(LENGTH), typical=5.0),
+    # Masonry has 1e9 Pa, steel 2e11 Pa; members that replace rigid parts may be stiffer.
+    "elastic_modulus": Check(
+        *("elastic_modulus of the section", "Pa", 5e8, 1e13),
+        given_in({"MPa or N/mm2": 1e6, "GPa or kN/mm2": 1e9, "kPa or kN/m2": 1e3, "ksi": 6.894757e6}),
+        typical=1e11,
+    ),
+    # Only large values are unusual: sections with a very large area do not change their length.
+    "radius_of_gyration": Check(
+        *("radius of gyration of the section, (second_moment / area)**0.5,", "m", 0.0, 5.0),
+        with_units("second_moment", {"mm4": 1e-12, "cm4": 1e-8}, 0.5)
+        | with_units("area", {"mm2": 1e-6, "cm2": 1e-4}, -0.5)
+        | {"with area in mm2 and second_moment in mm4": 1e-3, "with area in cm2 and second_moment in cm4": 1e-2},
+        typical=0.2,
+    ),
+    # Gravity loads may be those of the joints only, without the leaning columns.
+    "frame_gravity_over_weight": Check(
+        *("gravity loads of the frame over its masses times g", "1", 0.0, 30.0),
+        with_units("masses", MASS, -1),
+        typical=1.0,
+    ),
+    "frame_weight_over_gravity": Check(
+        *("masses of the frame times g over its gravity loads", "1", 0.0, 100.0),
+        with_units("gravity_load", {unit: size for unit, size in FORCE.items() if size >= 1e3}, -1),
+        typical=1.0,
+    ),
+}

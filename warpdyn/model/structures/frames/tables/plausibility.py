@@ -1,0 +1,38 @@
+"""Find implausible values of the tables of a frame, which are mostly in another unit than those of SI."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from warpdyn.foundations.core.plausibility import PlausibilityFindings
+from warpdyn.foundations.core.units import STANDARD_GRAVITY
+
+if TYPE_CHECKING:
+    from warpdyn.model.structures.frames.frame import Frame
+
+
+def warn_of_implausible_tables(frame: Frame) -> None:
+    """Give one warning of implausible lengths, moduli, sections, and gravity loads over masses of a frame.
+
+    A frame with an elastic modulus of 1 is dimensionless, as frames of textbooks, and is not checked.
+    """
+    modulus = {name: row["elastic_modulus"] for name, row in frame.sections.items()}
+    if 1.0 in modulus.values():
+        return
+    findings = PlausibilityFindings()
+    members, sections = list(frame.members), list(frame.sections)
+    findings.add_each("member_length", frame.geometry.length.tolist(), lambda place: f" {members[place]!r}")
+    findings.add_each("elastic_modulus", list(modulus.values()), lambda place: f" {sections[place]!r}")
+    radii = [float(np.sqrt(row["second_moment"] / row["area"])) for row in frame.sections.values()]
+    findings.add_each("radius_of_gyration", radii, lambda place: f" {sections[place]!r}")
+    nodal = sum(row["gravity_load"] for row in frame.nodes.values())
+    along = [row["gravity_load"] for row in frame.members.values()]
+    loads = nodal + float(np.abs(frame.geometry.length) @ along)  # N
+    mass = sum(row.get("ux", 0.0) for row in frame.masses.values())
+    mass += float(frame.geometry.length @ frame.geometry.mass_per_length)
+    if mass > 0 and loads > 0:
+        findings.add("frame_gravity_over_weight", loads / (mass * STANDARD_GRAVITY))
+        findings.add("frame_weight_over_gravity", mass * STANDARD_GRAVITY / loads)
+    findings.warn()
