@@ -75,10 +75,10 @@ class SceneLimitState:
 
     Raises:
         TypeError: If `scene` is not a Scene of one structure under FilteredNoise or one GroundMotion.
-        ValueError: If parameters have given values, a distribution exceeds the bounds of its parameter within 6 standard
-            deviations, the limit is not above 0, the recorder of the demand is missing,
-            the limit is `math.inf` and the scene has no collapse limit; when it is called, if samples failed or a
-            parameter is out of its bounds.
+        ValueError: If parameters have given values, a distribution exceeds the bounds of its parameter within 6
+            standard deviations, the limit is not above 0, the recorder of the demand is missing, the limit is
+            `math.inf` and the scene has no collapse limit; when it is called, if samples failed or a parameter is out
+            of its bounds.
 
     Example:
         >>> noise = wd.FilteredNoise(wd.WhiteNoise(0.01), duration=10.0, interval=0.02)

@@ -146,8 +146,8 @@ def checked_step(name: str, step: float) -> float:
     if value < LEAST_STEP:
         raise ValueError(
             f"{name}: step={value:g} s is too short: a motion of 50 s would have {50 / value:,.0f} samples, but its "
-            f"filter passes hardly anything above some tens of hertz: give a step of at least {LEAST_STEP:g} s, such as "
-            "step=0.005"
+            f"filter passes hardly anything above some tens of hertz: give a step of at least {LEAST_STEP:g} s, "
+            "such as step=0.005"
         )
     return value
 

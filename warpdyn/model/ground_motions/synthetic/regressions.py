@@ -185,8 +185,8 @@ class RezaeianDerKiureghian:
             number: Number of motions.
             seed: Seed of the random numbers.
             first: Index of the first motion.
-            step: Sampling step [s], at least 1e-4 s. A motion with high filter frequencies has a shorter step, divided by 2, 3, ..., so
-                that it is at most 1/4 of the shortest period of the filter.
+            step: Sampling step [s], at least 1e-4 s. A motion with high filter frequencies has a shorter step, divided
+                by 2, 3, ..., so that it is at most 1/4 of the shortest period of the filter.
             device: Device that generates the motions: "cpu" or "cuda:0"; None: the first GPU, or the CPU if there is
                 no GPU.
 
