@@ -9,7 +9,7 @@ from scipy import integrate, signal, stats
 from validation import difference
 
 import warpdyn as wd
-from warpdyn.engine.kernels.auxiliary import synthetic_motion
+from warpdyn.engine.kernels.auxiliary.synthetic_motions import launches
 from warpdyn.foundations.core.random_numbers import Purpose, normals
 from warpdyn.model.ground_motions.synthetic.modulation import gamma_modulation
 
@@ -126,19 +126,19 @@ def test_a_motion_is_the_sum_over_its_noise(motions, measured):
 
 def test_motions_in_the_memory_layout_of_a_gpu_are_those_of_a_cpu(motions, monkeypatch):
     """The kernel of a GPU, here on the CPU: other lanes, and samples of the same time are neighbours."""
-    monkeypatch.setattr(synthetic_motion, "MOST_SAMPLES_ON_A_GPU", 20_000)  # so that there are several launches
+    monkeypatch.setattr(launches, "MOST_SAMPLES_ON_A_GPU", 20_000)  # so that there are several launches
     parts = []
 
     def in_parts_of_a_gpu(given, *arguments):
         found = [None] * given["samples"].size
-        for chosen, values in synthetic_motion.generated_on_gpu(given, *arguments):
+        for chosen, values in launches.generated_on_gpu(given, *arguments):
             parts.append(values.size)
             for column, place in enumerate(chosen):
                 found[place] = values.numpy()[: given["samples"][place], column]
                 assert np.isnan(values.numpy()[given["samples"][place] :, column]).all()
         return found
 
-    monkeypatch.setattr(synthetic_motion, "generated", in_parts_of_a_gpu)
+    monkeypatch.setattr(launches, "generated", in_parts_of_a_gpu)
     again = SCENARIO.motions(16, seed=1)
     assert max(parts) <= 20_000
     assert len(parts) > 1

@@ -124,7 +124,7 @@ def synthetic_motions(
         "damping_ratio": values["damping_ratio"],
     }
     # Imported here, because scenes contain motions, and building a scene must not import warp.
-    from warpdyn.engine.kernels.auxiliary.synthetic_motion import generated
+    from warpdyn.engine.kernels.auxiliary.synthetic_motions.launches import generated
     from warpdyn.engine.kernels.queues import checked_devices
 
     on, *others = checked_devices(device)

@@ -1,7 +1,7 @@
 """The kernel of synthetic motions: white noise through a filter whose frequency changes with time, and modulated.
 
-A thread generates one motion. The filter's response to a value of the noise is a damped sine with the frequency w of
-its time, exp(c w s) with a complex constant c. Within a block of samples, w changes by at most CHANGE times the damping
+A thread sums up the responses to the noise of one motion, or of a part of it. The filter's response to a value of the
+noise is a damped sine with the frequency w of its time, exp(c w s) with a complex constant c. Within a block of samples, w changes by at most CHANGE times the damping
 ratio, so that exp(c w s) is interpolated between POLES values of w (Chebyshev nodes) for all s. Each node is a complex
 recursion, which the noise of the block enters with the interpolation weights of its w, and which ends when it has
 decayed to 1e-7. The sum of the squares of the responses, which is the variance of the process, is computed in the same
@@ -13,26 +13,16 @@ because the threads of a warp read them together.
 """
 
 import functools
-from collections.abc import Iterator, Mapping
 
 import numpy as np
 import warp as wp
 
 from warpdyn.engine.device.processor import module_options
 from warpdyn.engine.device.random_numbers import normal_pair
-from warpdyn.engine.kernels.arguments import as_field
 from warpdyn.engine.kernels.build import CPU_UNROLL
-from warpdyn.engine.kernels.kernel_cache import THREADS_OF_A_BLOCK, loaded
-from warpdyn.engine.kernels.queues import free_memory
 from warpdyn.foundations.core.random_numbers import Purpose
-from warpdyn.foundations.core.thread_pool import cores, in_parts
 
 double = wp.float64
-MOTIONS_AT_A_TIME = 16  # motions of a launch; each thread of the CPU takes the next launch
-# Samples of the motions that a GPU generates at the same time (8 GiB), and the share of its free memory for them. Fewer
-# motions than about 100,000 do not occupy a large GPU.
-MOST_SAMPLES_ON_A_GPU, SHARE_OF_MEMORY = 2**29, 0.25
-BYTES_OF_A_SAMPLE = 16  # its acceleration and its variance
 POLES = 8
 CHANGE = wp.constant(
     double(0.65)
@@ -46,7 +36,8 @@ class Motions:
     """Parameters of the motions; `warpdyn.model.ground_motions.synthetic.motions` computes them."""
 
     index: wp.array(dtype=wp.uint64)  # index of the motion, for its random numbers
-    first: wp.array(dtype=wp.int64)  # position of its first sample
+    parts: wp.array(dtype=wp.int32)  # number of its parts; the first one has the number of the motion
+    next_part: wp.array(dtype=wp.int32)  # number of its second part
     samples: wp.array(dtype=wp.int32)
     log_energy: wp.array(dtype=double)  # logarithm of the coefficient of the gamma density times the energy
     shape: wp.array(dtype=double)
@@ -57,6 +48,17 @@ class Motions:
     frequency: wp.array(dtype=double)  # Hz
     slope: wp.array(dtype=double)  # Hz/s
     damping_ratio: wp.array(dtype=double)
+
+
+@wp.struct
+class Parts:
+    """Successive parts of motions: the samples whose noise a thread processes. A part has its own arrays."""
+
+    motion: wp.array(dtype=wp.int32)
+    first: wp.array(dtype=wp.int64)  # position of sample 0 of the motion in the arrays
+    begin: wp.array(dtype=wp.int32)  # first sample of the part
+    until: wp.array(dtype=wp.int32)  # sample after the last one
+    end: wp.array(dtype=wp.int32)  # the responses to its noise are in the arrays up to this sample (exclusive)
 
 
 @wp.func
@@ -94,6 +96,7 @@ def block_function(poles: int) -> wp.Function:
     def add_block(
         motions: Motions,
         m: int,
+        first: wp.int64,
         begin: int,
         count: int,  # samples of the block
         end: int,  # sample at which its responses have decayed, and their squares
@@ -109,7 +112,6 @@ def block_function(poles: int) -> wp.Function:
         variance: wp.array(dtype=double),
         acceleration: wp.array(dtype=double),
     ):
-        first = motions.first[m]
         zeta = motions.damping_ratio[m]
         root = wp.sqrt((double(1.0) - zeta) * (double(1.0) + zeta))
         middle = double(0.5) * (omega + last_omega)
@@ -191,31 +193,33 @@ def samples_of_block(motions: Motions, m: int, begin: int, omega: double, step: 
 
 
 @functools.cache
-def motion_kernel() -> wp.Kernel:
-    """Return the kernel, which generates one motion per thread."""
+def response_kernel() -> wp.Kernel:
+    """Return the kernel that sums up the responses to the noise of one part of a motion per thread."""
     add_block, add_block_of_one_frequency = block_function(POLES), block_function(1)
 
     @wp.kernel(module="unique", enable_backward=False, module_options=module_options(CPU_UNROLL))
-    def generate(
-        first_motion: int,
+    def respond(
+        first_part: int,
         motions: Motions,
-        high_pass: wp.array(dtype=double),
+        parts: Parts,
         step: double,
         least_frequency: double,
         key: wp.uint64,
-        spacing: wp.int64,  # distance of two samples of a motion in the arrays
+        spacing: wp.int64,  # distance of two samples of a part in the arrays
         variance: wp.array(dtype=double),
         acceleration: wp.array(dtype=double),
     ):
-        m = first_motion + wp.tid()
-        first = motions.first[m]
+        part = first_part + wp.tid()
+        m = parts.motion[part]
+        first = parts.first[part]
         samples = motions.samples[m]
-        begin = int(0)
-        written = int(0)
-        squares_written = int(0)
-        while begin < samples:
+        begin = parts.begin[part]
+        written = begin
+        squares_written = begin
+        while begin < parts.until[part]:
             omega = frequency_at(motions, m, double(begin) * step, least_frequency)
             count = samples_of_block(motions, m, begin, omega, step, least_frequency)
+            count = wp.min(count, parts.until[part] - begin)
             last_omega = frequency_at(motions, m, double(begin + count - 1) * step, least_frequency)
             slowest = wp.min(omega, last_omega)
             decaying = int(wp.ceil(wp.min(DECAYED / (motions.damping_ratio[m] * slowest * step), double(samples))))
@@ -223,18 +227,42 @@ def motion_kernel() -> wp.Kernel:
             end_of_squares = wp.min(begin + count + decaying / 2 + 1, samples)  # squares decay twice as fast
             if last_omega == omega:
                 add_block_of_one_frequency(
-                    motions, m, begin, count, end, end_of_squares, omega, last_omega, step, least_frequency, key,
+                    motions, m, first, begin, count, end, end_of_squares, omega, last_omega, step, least_frequency, key,
                     spacing, written, squares_written, variance, acceleration,
                 )  # fmt: skip
             else:
                 add_block(
-                    motions, m, begin, count, end, end_of_squares, omega, last_omega, step, least_frequency, key,
+                    motions, m, first, begin, count, end, end_of_squares, omega, last_omega, step, least_frequency, key,
                     spacing, written, squares_written, variance, acceleration,
                 )  # fmt: skip
             written = wp.max(written, end)
             squares_written = wp.max(squares_written, end_of_squares)
             begin += count
+        for i in range(squares_written, written):
+            variance[first + wp.int64(i) * spacing] = double(0.0)
+        parts.end[part] = written
 
+    return respond
+
+
+@functools.cache
+def modulation_kernel() -> wp.Kernel:
+    """Return the kernel that adds the parts of a motion, modulates it and filters it, one motion per thread."""
+
+    @wp.kernel(module="unique", enable_backward=False, module_options=module_options(CPU_UNROLL))
+    def modulate(
+        first_motion: int,
+        motions: Motions,
+        parts: Parts,
+        high_pass: wp.array(dtype=double),
+        step: double,
+        spacing: wp.int64,
+        variance: wp.array(dtype=double),
+        acceleration: wp.array(dtype=double),
+    ):
+        m = first_motion + wp.tid()
+        first = parts.first[m]
+        samples = motions.samples[m]
         u = double(0.0)
         v = double(0.0)
         before = double(0.0)
@@ -242,119 +270,23 @@ def motion_kernel() -> wp.Kernel:
             at = first + wp.int64(i) * spacing
             now = double(0.0)
             if i > 0:
+                total = double(0.0)
+                squares = double(0.0)
+                for k in range(motions.parts[m]):
+                    part = wp.where(k == 0, m, motions.next_part[m] + k - 1)
+                    if i >= parts.begin[part] and i < parts.end[part]:
+                        of_part = parts.first[part] + wp.int64(i) * spacing
+                        total += acceleration[of_part]
+                        squares += variance[of_part]
                 time = double(i) * step
                 power = (
                     motions.log_energy[m] + (motions.shape[m] - double(1.0)) * wp.log(time) - time / motions.scale[m]
                 )
-                now = wp.exp(double(0.5) * power) * acceleration[at] / wp.sqrt(variance[at])
+                now = wp.exp(double(0.5) * power) * total / wp.sqrt(squares)
                 old = u
                 u = high_pass[0] * old + high_pass[2] * v + high_pass[4] * before + high_pass[6] * now
                 v = high_pass[1] * old + high_pass[3] * v + high_pass[5] * before + high_pass[7] * now
             before = now
             acceleration[at] = now - high_pass[9] * v - high_pass[8] * u
 
-    return generate
-
-
-def generated(
-    motions: Mapping[str, np.ndarray],
-    high_pass: np.ndarray,
-    step: float,
-    least_frequency: float,
-    key: int,
-    device: str = "cpu",
-) -> list[np.ndarray]:
-    """Return the accelerations of synthetic motions [m/s2], one array per motion.
-
-    Args:
-        motions: The arrays of `Motions` without `first`: {field: array}.
-        high_pass: Coefficients of the high-pass filter.
-        step: Sampling step [s].
-        least_frequency: Least frequency of the filter [Hz].
-        key: Key of the random numbers.
-        device: Warp device, such as "cpu" or "cuda:0".
-    """
-    common = high_pass, step, least_frequency, key
-    if not wp.get_device(device).is_cuda:
-        ends = np.cumsum(motions["samples"])
-        return [row.copy() for row in np.split(_on_cpu(motions, *common).numpy(), ends[:-1])]
-    found: list[np.ndarray] = [np.empty(0)] * motions["samples"].size
-    for chosen, values in generated_on_gpu(motions, *common, device):
-        by_motion = np.ascontiguousarray(values.numpy().T)
-        del values  # so that its memory is free for the next motions
-        for place, row in zip(chosen, by_motion, strict=True):
-            found[place] = row[: motions["samples"][place]].copy()
-    return found
-
-
-def generated_on_gpu(
-    motions: Mapping[str, np.ndarray],
-    high_pass: np.ndarray,
-    step: float,
-    least_frequency: float,
-    key: int,
-    device: str,
-) -> Iterator[tuple[np.ndarray, wp.array]]:
-    """Yield indices of motions and their accelerations on a GPU, shape [sample, motion]; arguments as `generated`.
-
-    Motions of similar cost are generated together, the most expensive ones first, in arrays of bounded size. The
-    samples after the end of a motion are NaN.
-    """
-    most = int(min(MOST_SAMPLES_ON_A_GPU, SHARE_OF_MEMORY * free_memory(device) / BYTES_OF_A_SAMPLE))
-    order = _by_cost(motions, step, least_frequency)
-    kernel, constants = motion_kernel(), wp.array(high_pass, dtype=double, device=device)
-    loaded(kernel, device)
-    begin = 0
-    while begin < order.size:
-        chosen = order[begin : begin + max(1, most // int(motions["samples"].max()))]
-        longest = int(motions["samples"][chosen].max())
-        begin += chosen.size
-        part = {name: values[chosen] for name, values in motions.items()}
-        instance = _motions_on(device, part, np.arange(chosen.size))
-        # NaN, so that a sample that the kernel does not write is noticed.
-        arrays = [wp.full((longest, chosen.size), float("nan"), dtype=double, device=device) for _ in range(2)]
-        flat = [array.flatten() for array in arrays]
-        inputs = [0, instance, constants, step, least_frequency, key, chosen.size, *flat]
-        wp.launch(kernel, dim=chosen.size, inputs=inputs, device=device, block_dim=THREADS_OF_A_BLOCK)
-        yield chosen, arrays[1]
-        del arrays, flat, inputs  # so that their memory is free for the next motions
-
-
-def _by_cost(motions: Mapping[str, np.ndarray], step: float, least_frequency: float) -> np.ndarray:
-    """Return the indices of motions, ordered by the number of their blocks and steps, the largest numbers first."""
-    ends = np.array([motions["start"], motions["end"]]) - motions["middle"]
-    hertz = np.maximum(motions["frequency"] + motions["slope"] * ends, least_frequency)
-    change = float(CHANGE) * motions["damping_ratio"]
-    blocks = np.abs(np.log(hertz[1] / hertz[0])) / np.log1p(change)
-    decaying = float(DECAYED) / (2 * np.pi * motions["damping_ratio"] * hertz.mean(axis=0) * step)
-    steps = motions["samples"] + (1 + blocks) * np.minimum(decaying, motions["samples"])
-    return np.lexsort((-steps, -np.floor(blocks)))
-
-
-def _on_cpu(
-    motions: Mapping[str, np.ndarray], high_pass: np.ndarray, step: float, least_frequency: float, key: int
-) -> wp.array:
-    """Return the accelerations of all motions, one motion after the other; arguments as `generated`."""
-    samples = motions["samples"]
-    ends = np.cumsum(samples)
-    instance = _motions_on("cpu", motions, ends - samples)
-    # NaN, so that a sample that the kernel does not write is noticed.
-    variance, acceleration = (wp.full(int(ends[-1]), float("nan"), dtype=double, device="cpu") for _ in range(2))
-    kernel = motion_kernel()
-    loaded(kernel, "cpu")
-    arguments = [instance, wp.array(high_pass, dtype=double, device="cpu"), step, least_frequency, key, 1]
-    arguments += [variance, acceleration]
-
-    def run(part: slice) -> None:
-        wp.launch(kernel, dim=part.stop - part.start, inputs=[part.start, *arguments], device="cpu")
-
-    in_parts(run, samples.size, cores(), MOTIONS_AT_A_TIME)
-    return acceleration
-
-
-def _motions_on(device: str, motions: Mapping[str, np.ndarray], first: np.ndarray) -> Motions:
-    """Return the struct with the arrays of the motions on a device; `first`: position of each first sample."""
-    instance = Motions()
-    for name, values in (*motions.items(), ("first", first)):
-        setattr(instance, name, wp.array(as_field(Motions, name, values), device=device))
-    return instance
+    return modulate
