@@ -106,8 +106,10 @@ def motions():
 
 
 def test_a_motion_is_the_sum_over_its_noise(motions, measured):
-    table = pd.concat([GOOD, GOOD.assign(frequency=2.0, frequency_slope=-0.3, damping_ratio=0.1)]).set_axis([5, 9])
-    table = table.assign(duration=[5.0, 7.0], middle=[3.0, 4.0])
+    # The last one decays so slowly that it is divided into parts.
+    frequency, slope, damping = [5.0, 2.0, 1.5], [-0.1, -0.3, -0.1], [0.3, 0.1, 0.03]
+    table = pd.concat([GOOD] * 3).set_axis([5, 9, 6]).assign(frequency=frequency, frequency_slope=slope)
+    table = table.assign(damping_ratio=damping, duration=[5.0, 7.0, 8.0], middle=[3.0, 4.0, 5.0])
     for index, motion in zip(table.index, wd.synthetic_motions(table, seed=1, step=0.02), strict=True):
         expected = direct(table.loc[index], index, 1, 0.02, motion.acceleration.size)
         measured(

@@ -1,12 +1,13 @@
-"""The kernel of synthetic motions: white noise through a filter whose frequency changes with time, and modulated.
+"""The kernels of synthetic motions: white noise through a filter whose frequency changes with time, and modulated.
 
 A thread sums up the responses to the noise of one motion, or of a part of it. The filter's response to a value of the
-noise is a damped sine with the frequency w of its time, exp(c w s) with a complex constant c. Within a block of samples, w changes by at most CHANGE times the damping
-ratio, so that exp(c w s) is interpolated between POLES values of w (Chebyshev nodes) for all s. Each node is a complex
-recursion, which the noise of the block enters with the interpolation weights of its w, and which ends when it has
-decayed to 1e-7. The sum of the squares of the responses, which is the variance of the process, is computed in the same
-way. The result differs from the sum over all values of the noise by less than 1e-6 of the peak. All arithmetic is in
-float64, so that motions of a CPU and of a GPU agree within rounding.
+noise is a damped sine with the frequency w of its time, exp(c w s) with a complex constant c. Within a block, w
+changes by at most CHANGE times the damping ratio, so that exp(c w s) is interpolated between POLES values of w
+(Chebyshev nodes) for all s. Each node is a complex recursion, which the noise of the block enters with the
+interpolation weights of its w, and which ends when it has decayed to 1e-7. The sum of the squares of the responses,
+which is the variance of the process, is computed in the same way. The result differs from the sum over all values of
+the noise by less than 1e-6 of the peak. All arithmetic is in float64, so that motions of a CPU and of a GPU agree
+within rounding.
 
 The samples of a motion are neighbours in the memory of a CPU. On a GPU, samples of the same time are neighbours,
 because the threads of a warp read them together.
