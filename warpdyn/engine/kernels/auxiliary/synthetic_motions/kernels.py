@@ -59,7 +59,9 @@ class Parts:
     first: wp.array(dtype=wp.int64)  # position of sample 0 of the motion in the arrays
     begin: wp.array(dtype=wp.int32)  # first sample of the part
     until: wp.array(dtype=wp.int32)  # sample after the last one
-    end: wp.array(dtype=wp.int32)  # the responses to its noise are in the arrays up to this sample (exclusive)
+    # The responses to its noise, and their squares, are in the arrays up to these samples (exclusive).
+    end: wp.array(dtype=wp.int32)
+    end_of_squares: wp.array(dtype=wp.int32)
 
 
 @wp.func
@@ -71,8 +73,11 @@ def frequency_at(motions: Motions, m: int, time: double, least_frequency: double
 
 
 @functools.cache
-def block_function(poles: int) -> wp.Function:
-    """Return the device function that adds the responses to the noise of one block, with `poles` recursions."""
+def block_functions(poles: int) -> tuple[wp.Function, wp.Function]:
+    """Return the device functions that add the responses to the noise of a block, and their squares.
+
+    They have `poles` recursions.
+    """
     POLES = poles
     Row = wp.types.vector(length=poles, dtype=double)
     chebyshev = np.cos(np.pi * (np.arange(poles) + 0.5) / poles)  # in -1 to 1
@@ -94,23 +99,20 @@ def block_function(poles: int) -> wp.Function:
         return weights
 
     @wp.func
-    def add_block(
+    def add_responses(
         motions: Motions,
         m: int,
         first: wp.int64,
         begin: int,
         count: int,  # samples of the block
-        end: int,  # sample at which its responses have decayed, and their squares
-        end_of_squares: int,
+        end: int,  # sample at which its responses have decayed
         omega: double,  # filter frequency at its first and last sample
         last_omega: double,
         step: double,
         least_frequency: double,
         key: wp.uint64,
         spacing: wp.int64,
-        written: int,  # samples before this one contain responses to earlier blocks, and their squares
-        squares_written: int,
-        variance: wp.array(dtype=double),
+        written: int,  # samples before this one contain responses of earlier blocks
         acceleration: wp.array(dtype=double),
     ):
         zeta = motions.damping_ratio[m]
@@ -118,19 +120,15 @@ def block_function(poles: int) -> wp.Function:
         middle = double(0.5) * (omega + last_omega)
         half = double(0.5) * wp.abs(last_omega - omega)
         of_position = wp.where(half > double(0.0), double(1.0) / half, double(0.0))
-        decay = Row()
         cosine = Row()
         sine = Row()
         for q in range(POLES):
             at_node = middle + half * NODES[q]
-            decay[q] = wp.exp(-zeta * at_node * step)
-            cosine[q] = decay[q] * wp.cos(at_node * root * step)
-            sine[q] = decay[q] * wp.sin(at_node * root * step)
+            decay = wp.exp(-zeta * at_node * step)
+            cosine[q] = decay * wp.cos(at_node * root * step)
+            sine[q] = decay * wp.sin(at_node * root * step)
         real = Row()
         response = Row()
-        decaying = Row()  # the sum of the squares is (decaying - real part) / 2
-        square_real = Row()
-        square_response = Row()
         drawn = wp.vec2d()
         for i in range(begin, end):
             total = double(0.0)
@@ -143,19 +141,6 @@ def block_function(poles: int) -> wp.Function:
             if i < written:
                 total += acceleration[at]
             acceleration[at] = total
-            if i < end_of_squares:
-                squares = double(0.0)
-                for q in range(POLES):
-                    double_cosine = cosine[q] * cosine[q] - sine[q] * sine[q]
-                    double_sine = double(2.0) * cosine[q] * sine[q]
-                    decaying[q] *= decay[q] * decay[q]
-                    old = square_real[q]
-                    square_real[q] = double_cosine * old - double_sine * square_response[q]
-                    square_response[q] = double_sine * old + double_cosine * square_response[q]
-                    squares += double(0.5) * (decaying[q] - square_real[q])
-                if i < squares_written:
-                    squares += variance[at]
-                variance[at] = squares
             if i < begin + count:
                 if i == begin or i % 2 == 0:
                     purpose = wp.static(int(Purpose.SYNTHETIC_NOISE))
@@ -163,13 +148,63 @@ def block_function(poles: int) -> wp.Function:
                 noise = wp.where(i % 2 == 0, drawn[0], drawn[1])
                 own = frequency_at(motions, m, double(i) * step, least_frequency)
                 weights = interpolation_weights((own - middle) * of_position)
-                size = own / root
+                size = own / root * noise
                 for q in range(POLES):
-                    real[q] += weights[q] * size * noise
-                    decaying[q] += weights[q] * size * size
-                    square_real[q] += weights[q] * size * size
+                    real[q] += weights[q] * size
 
-    return add_block
+    @wp.func
+    def add_squares(
+        motions: Motions,
+        m: int,
+        first: wp.int64,
+        begin: int,
+        count: int,  # samples of the block
+        end: int,  # sample at which its squares of responses have decayed
+        omega: double,  # filter frequency at its first and last sample
+        last_omega: double,
+        step: double,
+        least_frequency: double,
+        spacing: wp.int64,
+        written: int,  # samples before this one contain squares of responses of earlier blocks
+        variance: wp.array(dtype=double),
+    ):
+        zeta = motions.damping_ratio[m]
+        root = wp.sqrt((double(1.0) - zeta) * (double(1.0) + zeta))
+        middle = double(0.5) * (omega + last_omega)
+        half = double(0.5) * wp.abs(last_omega - omega)
+        of_position = wp.where(half > double(0.0), double(1.0) / half, double(0.0))
+        decay = Row()  # of a square, and its oscillation
+        cosine = Row()
+        sine = Row()
+        for q in range(POLES):
+            at_node = middle + half * NODES[q]
+            decay[q] = wp.exp(double(-2.0) * zeta * at_node * step)
+            cosine[q] = decay[q] * wp.cos(double(2.0) * at_node * root * step)
+            sine[q] = decay[q] * wp.sin(double(2.0) * at_node * root * step)
+        decaying = Row()  # the sum of the squares is (decaying - real part) / 2
+        real = Row()
+        response = Row()
+        for i in range(begin, end):
+            squares = double(0.0)
+            for q in range(POLES):
+                decaying[q] *= decay[q]
+                old = real[q]
+                real[q] = cosine[q] * old - sine[q] * response[q]
+                response[q] = sine[q] * old + cosine[q] * response[q]
+                squares += double(0.5) * (decaying[q] - real[q])
+            at = first + wp.int64(i) * spacing
+            if i < written:
+                squares += variance[at]
+            variance[at] = squares
+            if i < begin + count:
+                own = frequency_at(motions, m, double(i) * step, least_frequency)
+                weights = interpolation_weights((own - middle) * of_position)
+                size = own / root * own / root
+                for q in range(POLES):
+                    decaying[q] += weights[q] * size
+                    real[q] += weights[q] * size
+
+    return add_responses, add_squares
 
 
 @wp.func
@@ -195,12 +230,16 @@ def samples_of_block(motions: Motions, m: int, begin: int, omega: double, step: 
 
 @functools.cache
 def response_kernel() -> wp.Kernel:
-    """Return the kernel that sums up the responses to the noise of one part of a motion per thread."""
-    add_block, add_block_of_one_frequency = block_function(POLES), block_function(1)
+    """Return the kernel that sums up the responses to the noise of a part of a motion, or their squares, per thread.
+
+    The squares do not contain the noise.
+    """
+    add_responses, add_squares = block_functions(POLES)
+    add_responses_of_one, add_squares_of_one = block_functions(1)
 
     @wp.kernel(module="unique", enable_backward=False, module_options=module_options(CPU_UNROLL))
     def respond(
-        first_part: int,
+        first_thread: int,
         motions: Motions,
         parts: Parts,
         step: double,
@@ -210,38 +249,52 @@ def response_kernel() -> wp.Kernel:
         variance: wp.array(dtype=double),
         acceleration: wp.array(dtype=double),
     ):
-        part = first_part + wp.tid()
+        number = parts.motion.shape[0]
+        thread = first_thread + wp.tid()
+        part = thread % number
         m = parts.motion[part]
         first = parts.first[part]
         samples = motions.samples[m]
         begin = parts.begin[part]
         written = begin
-        squares_written = begin
         while begin < parts.until[part]:
             omega = frequency_at(motions, m, double(begin) * step, least_frequency)
             count = samples_of_block(motions, m, begin, omega, step, least_frequency)
             count = wp.min(count, parts.until[part] - begin)
             last_omega = frequency_at(motions, m, double(begin + count - 1) * step, least_frequency)
             slowest = wp.min(omega, last_omega)
-            decaying = int(wp.ceil(wp.min(DECAYED / (motions.damping_ratio[m] * slowest * step), double(samples))))
-            end = wp.min(begin + count + decaying, samples)
-            end_of_squares = wp.min(begin + count + decaying / 2 + 1, samples)  # squares decay twice as fast
-            if last_omega == omega:
-                add_block_of_one_frequency(
-                    motions, m, first, begin, count, end, end_of_squares, omega, last_omega, step, least_frequency, key,
-                    spacing, written, squares_written, variance, acceleration,
-                )  # fmt: skip
+            decaying = wp.min(DECAYED / (motions.damping_ratio[m] * slowest * step), double(samples))
+            if thread >= number:
+                decaying *= double(0.5)  # squares decay twice as fast
+            end = wp.min(begin + count + int(wp.ceil(decaying)), samples)
+            if thread < number:
+                if last_omega == omega:
+                    add_responses_of_one(
+                        motions, m, first, begin, count, end, omega, last_omega, step, least_frequency, key, spacing,
+                        written, acceleration,
+                    )  # fmt: skip
+                else:
+                    add_responses(
+                        motions, m, first, begin, count, end, omega, last_omega, step, least_frequency, key, spacing,
+                        written, acceleration,
+                    )  # fmt: skip
             else:
-                add_block(
-                    motions, m, first, begin, count, end, end_of_squares, omega, last_omega, step, least_frequency, key,
-                    spacing, written, squares_written, variance, acceleration,
-                )  # fmt: skip
+                if last_omega == omega:
+                    add_squares_of_one(
+                        motions, m, first, begin, count, end, omega, last_omega, step, least_frequency, spacing,
+                        written, variance,
+                    )  # fmt: skip
+                else:
+                    add_squares(
+                        motions, m, first, begin, count, end, omega, last_omega, step, least_frequency, spacing,
+                        written, variance,
+                    )  # fmt: skip
             written = wp.max(written, end)
-            squares_written = wp.max(squares_written, end_of_squares)
             begin += count
-        for i in range(squares_written, written):
-            variance[first + wp.int64(i) * spacing] = double(0.0)
-        parts.end[part] = written
+        if thread < number:
+            parts.end[part] = written
+        else:
+            parts.end_of_squares[part] = written
 
     return respond
 
@@ -275,9 +328,10 @@ def modulation_kernel() -> wp.Kernel:
                 squares = double(0.0)
                 for k in range(motions.parts[m]):
                     part = wp.where(k == 0, m, motions.next_part[m] + k - 1)
+                    of_part = parts.first[part] + wp.int64(i) * spacing
                     if i >= parts.begin[part] and i < parts.end[part]:
-                        of_part = parts.first[part] + wp.int64(i) * spacing
                         total += acceleration[of_part]
+                    if i >= parts.begin[part] and i < parts.end_of_squares[part]:
                         squares += variance[of_part]
                 time = double(i) * step
                 power = (

@@ -92,7 +92,7 @@ def generated_on_gpu(
         arrays = [wp.full((longest, number), float("nan"), dtype=double, device=device) for _ in range(2)]
         flat = [array.flatten() for array in arrays]
         inputs: list[object] = [0, instance, parts, step, least_frequency, key, number, *flat]
-        wp.launch(kernels[0], dim=number, inputs=inputs, device=device, block_dim=THREADS_OF_A_BLOCK)
+        wp.launch(kernels[0], dim=2 * number, inputs=inputs, device=device, block_dim=THREADS_OF_A_BLOCK)
         inputs = [0, instance, parts, constants, step, number, *flat]
         wp.launch(kernels[1], dim=chosen.size, inputs=inputs, device=device, block_dim=THREADS_OF_A_BLOCK)
         yield chosen, arrays[1][:, : chosen.size]
@@ -131,7 +131,7 @@ def _on_cpu(
     # NaN, so that a sample that the kernel does not write is noticed.
     arrays = [wp.full(int(ends[-1]), float("nan"), dtype=double, device="cpu") for _ in range(2)]
     both: tuple[tuple[wp.Kernel, int, list[object]], ...] = (
-        (response_kernel(), number, [instance, parts, step, least_frequency, key, 1, *arrays]),
+        (response_kernel(), 2 * number, [instance, parts, step, least_frequency, key, 1, *arrays]),
         (
             modulation_kernel(),
             count.size,
@@ -187,7 +187,8 @@ def _structs_on(
     instance, parts = Motions(), Parts()
     for name, values in (*motions.items(), ("parts", count), ("next_part", next_part)):
         setattr(instance, name, wp.array(as_field(Motions, name, values), device=device))
-    table = {"motion": motion, "first": first, "begin": edges[0], "until": edges[1], "end": np.zeros(motion.size)}
+    table = {"motion": motion, "first": first, "begin": edges[0], "until": edges[1]}
+    table |= dict.fromkeys(("end", "end_of_squares"), np.zeros(motion.size))
     for name, values in table.items():
         setattr(parts, name, wp.array(as_field(Parts, name, values), device=device))
     return instance, parts
