@@ -26,7 +26,7 @@ from warpdyn.foundations.core.random_numbers import Purpose
 double = wp.float64
 POLES = 8
 CHANGE = wp.constant(
-    double(0.65)
+    double(0.55)
 )  # change of the filter frequency in a block, over the frequency and the damping ratio
 DECAYED = wp.constant(double(np.log(1e7)))
 TWO_PI = wp.constant(wp.float64(2.0 * np.pi))
