@@ -25,9 +25,8 @@ from warpdyn.foundations.core.random_numbers import Purpose
 
 double = wp.float64
 POLES = 8
-CHANGE = wp.constant(
-    double(0.55)
-)  # change of the filter frequency in a block, over the frequency and the damping ratio
+# Largest change of the filter frequency in a block, over the frequency and the damping ratio.
+CHANGE = wp.constant(double(0.6))
 DECAYED = wp.constant(double(np.log(1e7)))
 TWO_PI = wp.constant(wp.float64(2.0 * np.pi))
 
@@ -262,10 +261,10 @@ def response_kernel() -> wp.Kernel:
             count = samples_of_block(motions, m, begin, omega, step, least_frequency)
             count = wp.min(count, parts.until[part] - begin)
             last_omega = frequency_at(motions, m, double(begin + count - 1) * step, least_frequency)
-            slowest = wp.min(omega, last_omega)
-            decaying = wp.min(DECAYED / (motions.damping_ratio[m] * slowest * step), double(samples))
+            decaying = DECAYED / (motions.damping_ratio[m] * wp.min(omega, last_omega) * step)
             if thread >= number:
                 decaying *= double(0.5)  # squares decay twice as fast
+            decaying = wp.min(decaying, double(samples))
             end = wp.min(begin + count + int(wp.ceil(decaying)), samples)
             if thread < number:
                 if last_omega == omega:
