@@ -68,7 +68,7 @@ class ForceStripes(Excitation):
             or not np.all(levels > 0)
             or np.any(np.diff(levels) <= 0)
         ):
-            raise ValueError(f"levels must be a row of increasing values above 0 {self.units}, got {self.levels}")
+            raise ValueError(f"levels must be a row of increasing values above 0 {self.units}, got {self.levels!r}")
         histories = tuple(tuple(each) for each in self.histories)
         if len(histories) != levels.size:
             raise ValueError(

@@ -90,8 +90,8 @@ class WindForces:
         for name, value in values.items():
             object.__setattr__(self, name, np.broadcast_to(value, floors).copy())
         for name, unit in (("decay_coefficient", "1"), ("air_density", "kg/m3")):
-            value = real_number(f"WindForces.{name} [{unit}]", getattr(self, name), above=0)
-            object.__setattr__(self, name, value)
+            number = real_number(f"WindForces.{name} [{unit}]", getattr(self, name), above=0)
+            object.__setattr__(self, name, number)
 
     @property
     def _per_speed(self) -> np.ndarray:
