@@ -31,7 +31,7 @@ LEAST_FREQUENCY = 0.3  # Hz; the filter frequency is not lower
 STEADY = 0.01, 0.99  # the filter frequency is constant before and after these shares of the energy
 LAST = 0.9995  # share of the energy at which the modulated noise ends
 TAIL = 1.6  # duration of the decay of the high-pass filter after it, times its corner frequency
-LEAST_STEP = 1e-4  # s; the filter of the strongest motions passes nothing above some tens of hertz
+LEAST_STEP = 1e-4  # s; the filter of the strongest motions passes hardly anything above 50 Hz
 SHARE_OF_PERIOD = 0.25  # largest step, as a share of the shortest period of the filter
 BATCH = 2**22  # samples that are computed at once
 
@@ -146,7 +146,7 @@ def checked_step(name: str, step: float) -> float:
     if value < LEAST_STEP:
         raise ValueError(
             f"{name}: step={value:g} s is too short: a motion of 50 s would have {50 / value:,.0f} samples, but its "
-            f"filter passes hardly anything above some tens of hertz: give a step of at least {LEAST_STEP:g} s, "
+            f"filter passes hardly anything above 50 Hz: give a step of at least {LEAST_STEP:g} s, "
             "such as step=0.005"
         )
     return value
