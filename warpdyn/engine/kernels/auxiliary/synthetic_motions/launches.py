@@ -22,7 +22,7 @@ from warpdyn.foundations.core.thread_pool import cores, in_parts
 # A motion whose responses decay slowly is divided into parts, so that a thread has at most about this number of steps.
 STEPS_OF_A_PART, MOST_PARTS = 16_000, 1024
 MOTIONS_AT_A_TIME = 16  # motions of a launch; each thread of the CPU takes the next launch
-# Samples of the motions that a GPU generates at the same time (32 GiB), and the share of its free memory for them. Fewer
+# Samples of motions that a GPU generates at the same time (32 GiB), and the share of its free memory for them. Fewer
 # motions than about 100,000 do not occupy a large GPU.
 MOST_SAMPLES_ON_A_GPU, SHARE_OF_MEMORY = 2**31 - 1, 0.25
 BYTES_OF_A_SAMPLE = 16  # its acceleration and its variance
