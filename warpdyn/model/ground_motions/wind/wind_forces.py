@@ -52,7 +52,7 @@ class WindForces:
         ...     spectrum=wd.KaimalSpectrum(1.8),
         ... )
         >>> wind.mean_force.round(0)
-        array([42607., 57923.])
+        array([42608., 57922.])
         >>> wind.force_history(duration=60.0, step=0.1, seed=1)
         ForceHistory(601 values every 0.1 s, 2 degrees of freedom)
     """
