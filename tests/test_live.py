@@ -342,6 +342,7 @@ def test_a_scene_that_cannot_be_integrated_live_is_refused(given, message):
         ({"unit": "metre"}, "unknown unit"),
         ({"patience": -1.0}, "patience"),
         ({"sampling_step": 0.0}, "sampling_step"),
+        ({"sampling_step": 100.0}, "100 samples per second are sampling_step=0.01"),
         ({"integration": wd.Integration(target_error=0.01)}, "wd.plan"),
         ({"integration": wd.Integration(method="dormand_prince54")}, "adaptive steps.*method='rk4'"),
         ({"integration": wd.Integration(step=STEP, resample=True)}, "sampling_step="),

@@ -82,7 +82,9 @@ def test_correlation_ratios_of_a_run_are_first_order_indices_of_the_reference():
     found = wd.correlation_ratios(run)
     assert found["input"].values.tolist() == list(REFERENCE)
     expected = np.array(list(REFERENCE.values()))[:, 0]
-    np.testing.assert_allclose(found["correlation_ratio"], expected, atol=0.025)  # four standard errors
+    # Within classes of 1/31 of the structures, the mean output changes: this is 3 % of the ratio of a linear effect.
+    np.testing.assert_allclose(found["correlation_ratio"], expected, atol=0.012)
+    assert found.attrs["estimator"] == "eta squared"
 
 
 @pytest.mark.fast
@@ -92,6 +94,18 @@ def test_correlation_ratios_of_the_ishigami_function_are_its_first_order_indices
     np.testing.assert_allclose(_ratios(x, y[:, None])[:, 0], [0.313905191, 0.442411145, 0.0], atol=0.01)
     few = [_ratios(x[:, begin : begin + 100], y[begin : begin + 100, None])[2] for begin in range(0, 60_000, 100)]
     assert abs(np.mean(few)) < 4 * np.std(few) / np.sqrt(600)  # no bias of a parameter without effect
+
+
+@pytest.mark.fast
+def test_correlation_ratios_of_a_sobol_sequence_have_half_the_error_of_the_estimate_for_random_points():
+    exact, errors = np.array([0.313905191, 0.442411145, 0.0]), {False: [], True: []}
+    for seed in range(10):
+        x = np.pi * (2 * qmc.Sobol(3, rng=np.random.default_rng(seed)).random(4096).T - 1)
+        y = np.sin(x[0]) + 7 * np.sin(x[1]) ** 2 + 0.1 * x[2] ** 4 * np.sin(x[0])
+        for is_even, found in errors.items():
+            found.append(_ratios(x, y[:, None], is_even=is_even)[:, 0] - exact)
+    worst = {is_even: np.abs(np.mean(found, axis=0)).max() for is_even, found in errors.items()}
+    assert worst[True] < 0.006 < worst[False]
 
 
 @pytest.mark.fast

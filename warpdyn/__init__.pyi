@@ -157,6 +157,13 @@ from .model.ground_motions.selection.target import TargetSpectrum as TargetSpect
 from .model.ground_motions.synthetic.motions import synthetic_motions as synthetic_motions
 from .model.ground_motions.synthetic.pulses import VelocityPulse as VelocityPulse
 from .model.ground_motions.synthetic.regressions import RezaeianDerKiureghian as RezaeianDerKiureghian
+from .model.ground_motions.wind.force_stripes import ForceStripes as ForceStripes
+from .model.ground_motions.wind.spectra import (
+    DavenportSpectrum as DavenportSpectrum,
+    KaimalSpectrum as KaimalSpectrum,
+    VonKarmanSpectrum as VonKarmanSpectrum,
+)
+from .model.ground_motions.wind.wind_forces import WindForces as WindForces
 from .model.scene.distributions.closed_form import Lognormal as Lognormal, Normal as Normal, Uniform as Uniform
 from .model.scene.distributions.numerical import Empirical as Empirical, Truncated as Truncated
 from .model.scene.portfolio import Archetype as Archetype, Portfolio as Portfolio

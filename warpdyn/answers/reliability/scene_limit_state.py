@@ -30,16 +30,18 @@ from warpdyn.model.ground_motions.filtered_noise import FilteredNoise
 from warpdyn.model.scene.normal_variables.noise import NoiseOfNormals, variables_of_noise
 from warpdyn.model.scene.normal_variables.structures import StructuresOfNormals
 from warpdyn.model.scene.plausibility import warn_of_implausible
-from warpdyn.model.scene.scatter import RandomScatter
+from warpdyn.model.scene.scatter import RandomFactor, RandomScatter
 from warpdyn.model.scene.scene import Scene
 from warpdyn.model.structures.physics import capacities_of, inverse_drift_capacity
 from warpdyn.model.structures.shear_building import ShearBuilding
+from warpdyn.model.structures.structure import Structure
 
 COLLAPSED_VALUE = -1e-6  # largest value of a collapsed sample, in units of the limit
 FUNCTION = "SceneLimitState"
 NUMBER = re.compile(r"[\d.,]+")  # of a warning
 DRIFTS = (DRIFT, "peak_storey_drift")  # demands for which linear events are known
 RATIOS, LARGEST_RATIO = (DRIFT, "residual_drift_ratio"), 0.3  # larger limits of drift ratios are probably in percent
+TAIL = 6.0  # standard normal value; values beyond it have a probability of 1e-9
 LARGEST_DEVIATION = 0.1  # of a demand from linear response; peaks between nodes are up to a few percent larger
 
 
@@ -73,9 +75,10 @@ class SceneLimitState:
 
     Raises:
         TypeError: If `scene` is not a Scene of one structure under FilteredNoise or one GroundMotion.
-        ValueError: If parameters have given values, the limit is not above 0, the recorder of the demand is missing,
-            the limit is `math.inf` and the scene has no collapse limit; when it is called, if samples failed or a
-            parameter is out of its bounds.
+        ValueError: If parameters have given values, a distribution exceeds the bounds of its parameter within 6
+            standard deviations, the limit is not above 0, the recorder of the demand is missing, the limit is
+            `math.inf` and the scene has no collapse limit; when it is called, if samples failed or a parameter is out
+            of its bounds.
 
     Example:
         >>> noise = wd.FilteredNoise(wd.WhiteNoise(0.01), duration=10.0, interval=0.02)
@@ -115,6 +118,7 @@ class SceneLimitState:
                     f"{FUNCTION}: scatter[{name!r}] lists given values, which have no distribution: give a "
                     "RandomFactor or RandomValue"
                 )
+            _check_tails(name, spread, scene.structure)
         is_collapse = bool(np.ndim(limit) == 0 and limit == np.inf)
         self.limit = np.inf if is_collapse else real_number("limit", limit, above=0)
         if demand in RATIOS and LARGEST_RATIO < self.limit < np.inf:
@@ -264,3 +268,19 @@ class SceneLimitState:
             inverse = np.broadcast_to(inverse_drift_capacity(parameters), drift.shape)
             found = np.maximum(found, (drift * inverse).max(axis=1))
         return found
+
+
+def _check_tails(name: str, spread: RandomScatter, structure: Structure) -> None:
+    """Raise a ValueError if a parameter is out of its bounds in the tails of its distribution."""
+    parameter, nominal = structure.parameter_table[name], np.asarray(structure.nominal_values[name])
+    for value in spread.distribution.from_standard_normal(np.array([-TAIL, TAIL])):
+        values = value * nominal if isinstance(spread, RandomFactor) else np.array([value])
+        outside = ~((values >= parameter.low) & (values <= parameter.high))
+        outside |= (values == parameter.low) & parameter.low_open & (nominal != 0)
+        if outside.any():
+            raise ValueError(
+                f"{FUNCTION}: scatter[{name!r}] = {spread.distribution!r} gives {name} = {values[outside][0]:.4g} at "
+                f"{TAIL:g} standard deviations, but {name} must be {parameter.allowed}. Rare events need the tails of "
+                "distributions: give a distribution within the bounds, such as Lognormal or Truncated(Normal(...), "
+                "low=...)"
+            )

@@ -34,6 +34,8 @@ from warpdyn.model.scene.number_of_structures import number_of_structures
 from warpdyn.model.scene.plausibility import warn_of_implausible
 from warpdyn.model.scene.scene import Scene
 
+LONGEST_SAMPLING_STEP = 1.0  # s
+
 
 @with_suggestions
 class Live:
@@ -117,7 +119,12 @@ class Live:
         [motion] = scene.excitation.motions
         self.step = float(motion.step)
         if sampling_step is not None:
-            real_number("sampling_step [s]", sampling_step, above=0)
+            given = real_number("sampling_step [s]", sampling_step, above=0)
+            if given > LONGEST_SAMPLING_STEP:
+                raise ValueError(
+                    f"sampling_step={given:g} s is longer than {LONGEST_SAMPLING_STEP:g} s, so that packets would "
+                    f"contain no vibration: {given:g} samples per second are sampling_step={1 / given:g}"
+                )
         packet_step = self.step if sampling_step is None else float(sampling_step)
         patience = real_number("patience [s]", patience, least=0)
         longest_gap = real_number("longest_gap [s]", longest_gap, least=0)

@@ -40,6 +40,7 @@ class Purpose(IntEnum):
     RECORDS_OF_EARTHQUAKES = 8  # once per grid
     BETWEEN_EARTHQUAKES = 9  # residuals of intensity fields, once for all fields
     WITHIN_EARTHQUAKES = 10
+    WIND = 17  # amplitudes of harmonics of the turbulence; the index is that of the force history
     SENSOR_NOISE = 16  # of a controlled structure; the counter is that of the sampling instant
     ROAD = 11  # phases of waves in a road profile; the index is that of the profile
     RARE_EVENTS = 12  # samples of subset simulation and importance sampling, once per call

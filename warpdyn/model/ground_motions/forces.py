@@ -106,6 +106,35 @@ class HarmonicForce(_FromInitialState, FormulaLoad):
         """Circular frequency of the harmonic force [rad/s]."""
         return self.circular_frequency
 
+    @suggests_names
+    def history(self, step: float) -> ForceHistory:
+        """Return the samples of the force, e.g. for `ForceStripes` with a different frequency for each structure.
+
+        Args:
+            step: Sampling step [s], at most 1/20 of the period; the force is linear between samples, which is too small
+                by up to (w step)^2 / 12.
+
+        Raises:
+            ValueError: If the step is out of range.
+
+        Example:
+            >>> forces = [wd.HarmonicForce([0.0, 2e3], w, duration=5.0).history(0.01) for w in (5.0, 8.0, 12.0)]
+            >>> design = wd.ForceStripes([[each] for each in forces], [5.0, 8.0, 12.0], "circular frequency", "rad s-1")
+        """
+        step = real_number("HarmonicForce.history: step [s]", step, above=0)
+        longest = min(self.duration, 2 * np.pi / self.circular_frequency / 20 if self.circular_frequency else np.inf)
+        if step > longest * (1 + 1e-9):
+            raise ValueError(
+                f"HarmonicForce.history: step={step:g} s is too long for {self.circular_frequency:g} rad/s: give at "
+                f"most {longest:.3g} s"
+            )
+        count = np.ceil(self.duration / step * (1 - 1e-12))
+        if count > MOST_FORCES:
+            raise ValueError(f"HarmonicForce.history: step={step:g} s makes {count:,.0f} samples: give a longer step=")
+        time = step * np.arange(int(count) + 1)
+        force = np.sin(self.circular_frequency * time + self.phase)[:, None] * np.asarray(self.amplitude)
+        return ForceHistory(force, step, self.initial_displacement, self.initial_velocity)
+
     def check_fits(self, structure: Structure) -> None:
         """Raise a ValueError if amplitudes or the initial state do not fit the structure's degrees of freedom."""
         _check_width("HarmonicForce.amplitude", self.amplitude, structure, serves_all=False)

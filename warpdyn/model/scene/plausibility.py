@@ -19,6 +19,7 @@ from warpdyn.model.ground_motions.motions import GroundMotion
 from warpdyn.model.ground_motions.motions_at_sites import MotionsAtSites
 from warpdyn.model.ground_motions.pairs_of_motions import PairOfMotions, components_of
 from warpdyn.model.ground_motions.plausibility import add_motions, add_weakest_motions
+from warpdyn.model.ground_motions.wind.force_stripes import ForceStripes
 from warpdyn.model.scene.building_plausibility import add_building
 from warpdyn.model.scene.portfolio import Portfolio
 from warpdyn.model.scene.scatter import (
@@ -185,9 +186,11 @@ def _add_start_and_forces(findings: PlausibilityFindings, excitation: Excitation
         findings.add("initial_drift_ratio", np.abs(np.diff(displacement, prepend=0.0)) / height, along="storey")
         leads_to = np.abs(velocity).max() * building.fundamental_period / (2 * np.pi)
         findings.add("initial_velocity", leads_to / height.sum())
-    if isinstance(excitation, HarmonicForce | ForceHistory):
-        at_each = np.abs(excitation.amplitude if isinstance(excitation, HarmonicForce) else excitation.values)
-        at_each = np.atleast_2d(at_each).max(axis=0)
+    if isinstance(excitation, HarmonicForce | ForceHistory | ForceStripes):
+        if isinstance(excitation, HarmonicForce):
+            at_each = np.abs(excitation.amplitude)
+        else:
+            at_each = np.max([np.abs(history.values).max(axis=0) for history in excitation.motions], axis=0)
         if at_each.any():
             findings.add("force_over_weight", at_each.max() / (STANDARD_GRAVITY * mass.sum()))
             shear = np.cumsum(at_each[::-1])[::-1]  # shear of each storey if all forces act in the same direction
@@ -196,8 +199,9 @@ def _add_start_and_forces(findings: PlausibilityFindings, excitation: Excitation
 
 def _add_excitation(findings: PlausibilityFindings, excitation: Excitation) -> None:
     """Add implausible values of a scene's excitation (steps, peaks, scale factors, levels) to `findings`."""
-    if isinstance(excitation, ForceHistory):
-        findings.add("record_step", excitation.step, " of the force history", high=LONGEST_FORCE_STEP)
+    if isinstance(excitation, ForceHistory | ForceStripes):
+        longest = max(history.step for history in excitation.motions)
+        findings.add("record_step", longest, " of the force history", high=LONGEST_FORCE_STEP)
     if isinstance(excitation, FilteredNoise):
         process = excitation.spectrum.recursion(excitation.interval)
         for name in ("ground_damping_ratio", "filter_damping_ratio"):

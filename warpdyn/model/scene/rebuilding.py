@@ -19,6 +19,7 @@ from warpdyn.model.ground_motions.measures import filtered_velocity, one_compone
 from warpdyn.model.ground_motions.motions import GroundMotion, checked_motions
 from warpdyn.model.ground_motions.motions_at_sites import MotionsAtSites
 from warpdyn.model.ground_motions.pairs_of_motions import PairOfMotions
+from warpdyn.model.ground_motions.wind.force_stripes import ForceStripes
 from warpdyn.model.scene import scatter
 from warpdyn.model.scene.distributions import closed_form, numerical
 from warpdyn.model.scene.portfolio import Archetype, Portfolio
@@ -39,7 +40,7 @@ OWN: dict[str, Any] = {  # name -> class of warpdyn that the JSON may contain
         *(designs.Stripes, designs.Cloud, designs.OneMotionPerStructure, event_sequences.EventSequence),
         *(filtered_noise.FilteredNoise, filtered_noise.WhiteNoise, filtered_noise.KanaiTajimi),
         *(filtered_noise.CloughPenzien, filtered_noise.JenningsEnvelope),
-        *(HarmonicForce, ForceHistory, FreeVibration, MotionsAtSites),
+        *(HarmonicForce, ForceHistory, ForceStripes, FreeVibration, MotionsAtSites),
         *(one_component.PeakGroundAcceleration, one_component.PeakGroundVelocity),
         *(one_component.PeakGroundDisplacement, one_component.AriasIntensity),
         *(one_component.CumulativeAbsoluteVelocity, one_component.SignificantDuration),

@@ -78,7 +78,8 @@ class Scene:
         structure: A ShearBuilding, a LumpedStructure, a LinearSystem, or a Portfolio of building types with their
             scatter.
         excitation: Ground motions (Stripes, Cloud, OneMotionPerStructure, MotionsAtSites, one GroundMotion, or an
-            EventSequence of these), FilteredNoise, or forces (HarmonicForce, ForceHistory, FreeVibration).
+            EventSequence of these), FilteredNoise, or forces (HarmonicForce, ForceHistory,
+            ForceStripes, FreeVibration).
         scatter: Differences between structures: parameter name -> RandomFactor, RandomValue or GivenValues.
         correlation: Correlation of pairs of scattered parameters [1]: (name, name) -> -1 to 1. It is the correlation
             of the standard normal variables from which the values are computed.

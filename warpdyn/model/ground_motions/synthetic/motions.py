@@ -31,6 +31,7 @@ LEAST_FREQUENCY = 0.3  # Hz; the filter frequency is not lower
 STEADY = 0.01, 0.99  # the filter frequency is constant before and after these shares of the energy
 LAST = 0.9995  # share of the energy at which the modulated noise ends
 TAIL = 1.6  # duration of the decay of the high-pass filter after it, times its corner frequency
+LEAST_STEP = 1e-4  # s; the filter of the strongest motions passes hardly anything above 50 Hz
 SHARE_OF_PERIOD = 0.25  # largest step, as a share of the shortest period of the filter
 BATCH = 2**22  # samples that are computed at once
 
@@ -69,8 +70,8 @@ def synthetic_motions(
 
     Raises:
         ValueError: If a column is missing, a value is out of range, a duration is so long compared with `middle` that
-            the modulating function does not start at zero, the step is too long for the frequencies, or there is no
-            such device.
+            the modulating function does not start at zero, the step is below 1e-4 s or too long for the frequencies, or
+            there is no such device.
         TypeError: If `parameters` is not a DataFrame.
 
     Example:
@@ -81,7 +82,7 @@ def synthetic_motions(
     """
     values, index = _checked_parameters(parameters)
     seed = whole_number("synthetic_motions: seed", seed, 0)
-    step = real_number("synthetic_motions: step [s]", step, above=0)
+    step = checked_step("synthetic_motions", step)
     corner = real_number("synthetic_motions: high_pass [Hz]", high_pass, above=0)
     shape, scale = gamma_modulation(values["duration"], values["middle"])
     if np.any(shape <= 1):
@@ -123,7 +124,7 @@ def synthetic_motions(
         "damping_ratio": values["damping_ratio"],
     }
     # Imported here, because scenes contain motions, and building a scene must not import warp.
-    from warpdyn.engine.kernels.auxiliary.synthetic_motion import generated
+    from warpdyn.engine.kernels.auxiliary.synthetic_motions.launches import generated
     from warpdyn.engine.kernels.queues import checked_devices
 
     on, *others = checked_devices(device)
@@ -137,6 +138,18 @@ def synthetic_motions(
         rows = generated(batch, _filter(corner, step), step, LEAST_FREQUENCY, key_of(seed), on)
         found += [GroundMotion(row, step, f"synthetic {i}") for i, row in zip(batch["index"], rows, strict=True)]
     return found
+
+
+def checked_step(name: str, step: float) -> float:
+    """Return the sampling step of synthetic motions [s]; raise a ValueError if it is below LEAST_STEP."""
+    value = real_number(f"{name}: step [s]", step, above=0)
+    if value < LEAST_STEP:
+        raise ValueError(
+            f"{name}: step={value:g} s is too short: a motion of 50 s would have {50 / value:,.0f} samples, but its "
+            f"filter passes hardly anything above 50 Hz: give a step of at least {LEAST_STEP:g} s, "
+            "such as step=0.005"
+        )
+    return value
 
 
 def fastest_frequencies(values: Mapping[str, np.ndarray], shape: np.ndarray, scale: np.ndarray) -> np.ndarray:

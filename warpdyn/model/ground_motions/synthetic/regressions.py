@@ -17,6 +17,7 @@ from warpdyn.model.ground_motions.synthetic.modulation import gamma_modulation
 from warpdyn.model.ground_motions.synthetic.motions import (
     COLUMNS,
     SHARE_OF_PERIOD,
+    checked_step,
     fastest_frequencies,
     synthetic_motions,
 )
@@ -184,8 +185,8 @@ class RezaeianDerKiureghian:
             number: Number of motions.
             seed: Seed of the random numbers.
             first: Index of the first motion.
-            step: Sampling step [s]. A motion with high filter frequencies has a shorter step, divided by 2, 3, ..., so
-                that it is at most 1/4 of the shortest period of the filter.
+            step: Sampling step [s], at least 1e-4 s. A motion with high filter frequencies has a shorter step, divided
+                by 2, 3, ..., so that it is at most 1/4 of the shortest period of the filter.
             device: Device that generates the motions: "cpu" or "cuda:0"; None: the first GPU, or the CPU if there is
                 no GPU.
 
@@ -196,7 +197,7 @@ class RezaeianDerKiureghian:
             >>> motions = wd.RezaeianDerKiureghian(7.0, 15.0, 400.0, "reverse").motions(8, seed=3)
             >>> design = wd.OneMotionPerStructure(motions, motion=range(8))  # one motion per structure
         """
-        step = real_number("RezaeianDerKiureghian.motions: step [s]", step, above=0)
+        step = checked_step("RezaeianDerKiureghian.motions", step)
         table = self.parameters(number, seed, first)
         columns = {name: table[name].to_numpy() for name in table}
         fastest = fastest_frequencies(columns, *gamma_modulation(columns["duration"], columns["middle"]))

@@ -1,0 +1,1 @@
+"""Synthetic motions: kernels, and their launches on a CPU or GPU."""

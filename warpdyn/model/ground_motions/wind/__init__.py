@@ -1,0 +1,1 @@
+"""Wind: spectra of turbulence, random wind forces on the floors of a building, and stripes of force levels."""

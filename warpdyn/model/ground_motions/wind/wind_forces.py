@@ -1,0 +1,273 @@
+"""Random wind forces on the floors of a building: mean wind, turbulence with a spectrum, and vertical coherence."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.fft import irfft, next_fast_len
+
+from warpdyn.foundations.core.checks import check_memory, finite_numbers, real_number, whole_number
+from warpdyn.foundations.core.near_misses import suggests_names, with_suggestions
+from warpdyn.foundations.core.random_numbers import Purpose, normals
+from warpdyn.model.ground_motions.forces import ForceHistory
+from warpdyn.model.ground_motions.wind.force_stripes import ForceStripes
+from warpdyn.model.ground_motions.wind.spectra import WindSpectrum
+
+LEAST_SAMPLES, MOST_SAMPLES = 16, 2**22
+NEGATIVE = 1e-6  # largest negative eigenvalue of a spectral matrix that is rounded to 0, over the largest one
+STARTING = 0.1  # part of the duration in which forces increase from 0, if `rise` is not given
+
+
+@with_suggestions
+@dataclass(frozen=True, eq=False)
+class WindForces:
+    """Random along-wind forces on the floors of a building.
+
+    The force on a floor is the mean force r C A U^2 / 2 plus r C A U u(t), with the mean wind speed U and the
+    turbulence u(t); the term in u^2 and the motion of the building are neglected. u(t) is a stationary Gaussian
+    process with a spectrum; between two floors the cross-spectrum is the coherence exp(-C_z f |z1 - z2| / U_mean)
+    (Davenport) times the root of the product of both spectra.
+
+    Args:
+        height: Height of each floor above the ground [m], shape [dof].
+        mean_speed: Mean wind speed at each floor [m/s], shape [dof].
+        area: Area of the face of each floor [m2], shape [dof], or one for all.
+        drag_coefficient: Drag coefficient C [1], shape [dof], or one for all.
+        spectrum: KaimalSpectrum, DavenportSpectrum or VonKarmanSpectrum.
+        decay_coefficient: Coefficient C_z of the coherence [1].
+        air_density: Density of the air r [kg/m3].
+
+    Raises:
+        ValueError: If a value is not finite and above 0, or numbers of values differ.
+        TypeError: If the spectrum is not a spectrum of wind.
+
+    Example:
+        >>> wind = wd.WindForces(
+        ...     height=[4.0, 8.0],
+        ...     mean_speed=[22.9, 26.7],
+        ...     area=100.0,
+        ...     drag_coefficient=1.3,
+        ...     spectrum=wd.KaimalSpectrum(1.8),
+        ... )
+        >>> wind.mean_force.round(0)
+        array([42608., 57922.])
+        >>> wind.force_history(duration=60.0, step=0.1, seed=1)
+        ForceHistory(601 values every 0.1 s, 2 degrees of freedom)
+    """
+
+    height: ArrayLike
+    mean_speed: ArrayLike
+    area: ArrayLike
+    drag_coefficient: ArrayLike
+    spectrum: WindSpectrum
+    decay_coefficient: float = 10.0
+    air_density: float = 1.25
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.spectrum, WindSpectrum):
+            raise TypeError(
+                f"WindForces.spectrum must be a KaimalSpectrum, DavenportSpectrum or VonKarmanSpectrum, got "
+                f"{self.spectrum!r}"
+            )
+        values = {}
+        units = {"height": "m", "mean_speed": "m/s", "area": "m2", "drag_coefficient": "1"}
+        for name, unit in units.items():
+            value = np.atleast_1d(finite_numbers(f"WindForces.{name} [{unit}]", getattr(self, name)))
+            if value.ndim != 1 or np.any(value <= 0):
+                raise ValueError(f"WindForces.{name} must be a row of values above 0 {unit}, got {getattr(self, name)}")
+            values[name] = value
+        floors = values["height"].size
+        if values["mean_speed"].size != floors:
+            raise ValueError(
+                f"WindForces.mean_speed has {values['mean_speed'].size} values and height has {floors}: give one mean "
+                "wind speed per floor"
+            )
+        for name in ("area", "drag_coefficient"):
+            if values[name].size not in (1, floors):
+                raise ValueError(f"WindForces.{name} has {values[name].size} values: give 1 or {floors}")
+        for name, value in values.items():
+            object.__setattr__(self, name, np.broadcast_to(value, floors).copy())
+        for name, unit in (("decay_coefficient", "1"), ("air_density", "kg/m3")):
+            number = real_number(f"WindForces.{name} [{unit}]", getattr(self, name), above=0)
+            object.__setattr__(self, name, number)
+
+    @property
+    def _per_speed(self) -> np.ndarray:
+        """Force per wind speed at the mean wind speed [N s/m], shape [dof]."""
+        speed, area = np.asarray(self.mean_speed), np.asarray(self.area)
+        force: np.ndarray = self.air_density * np.asarray(self.drag_coefficient) * area * speed
+        return force
+
+    @property
+    def mean_force(self) -> np.ndarray:
+        """Mean force on each floor [N], shape [dof]."""
+        return 0.5 * self._per_speed * np.asarray(self.mean_speed)
+
+    def coherence(self, frequency: ArrayLike) -> np.ndarray:
+        """Return the coherence (root of the squared coherence) between floors [1], shape [frequency, dof, dof].
+
+        Args:
+            frequency: Frequencies [Hz], at least 0, shape [frequency].
+
+        Raises:
+            ValueError: If a frequency is not finite or below 0.
+        """
+        values = np.atleast_1d(finite_numbers("frequency [Hz]", frequency))
+        if np.any(values < 0):
+            raise ValueError(f"frequency must be at least 0, got {values.min():g} Hz")
+        z, speed = np.asarray(self.height), np.asarray(self.mean_speed)
+        between = np.abs(z[:, None] - z) / (0.5 * (speed[:, None] + speed))
+        coherence: np.ndarray = np.exp(-self.decay_coefficient * values[:, None, None] * between)
+        return coherence
+
+    def spectral_matrix(self, frequency: ArrayLike) -> np.ndarray:
+        """Return the one-sided cross-spectral density of the turbulence [m2/s], shape [frequency, dof, dof].
+
+        Args:
+            frequency: Frequencies [Hz], above 0, shape [frequency].
+
+        Raises:
+            ValueError: If a frequency is not finite and above 0.
+        """
+        values = np.atleast_1d(finite_numbers("frequency [Hz]", frequency))
+        root = np.sqrt(self.spectrum.spectral_density(values[:, None], self.height, self.mean_speed))
+        return self.coherence(values) * root[:, :, None] * root[:, None, :]
+
+    def at_speed(self, factor: float) -> WindForces:
+        """Return the wind forces for mean wind speeds times `factor`; the turbulence intensity stays the same.
+
+        Args:
+            factor: Factor on the mean wind speeds [1].
+
+        Raises:
+            ValueError: If the factor is not finite and above 0.
+        """
+        factor = real_number("factor", factor, above=0)
+        return replace(self, mean_speed=factor * np.asarray(self.mean_speed), spectrum=self.spectrum.scaled(factor))
+
+    @suggests_names
+    def force_histories(
+        self,
+        number: int,
+        duration: float,
+        step: float,
+        *,
+        seed: int = 0,
+        first: int = 0,
+        rise: float | None = None,
+    ) -> list[ForceHistory]:
+        """Return random force histories; a history depends only on the seed and on its index.
+
+        The turbulence is a sum of harmonics with random amplitudes at multiples of about 1 / duration. Its variance at
+        frequencies above 1 / (2 step) and below half of 1 / duration is missing.
+
+        Args:
+            number: Number of histories.
+            duration: Duration [s].
+            step: Sampling step [s].
+            seed: Seed of the random numbers.
+            first: Index of the first history.
+            rise: Time in which the forces increase from 0 [s], so that the mean wind does not act as an impact; None: a
+                tenth of the duration. Record demands from then on: `Scene(..., record_from=rise)`.
+
+        Raises:
+            ValueError: If an argument is out of range, or the coherence is impossible (the spectral matrix has negative
+                eigenvalues).
+        """
+        number = whole_number("number", number, 1, 2**24)
+        first, seed = whole_number("first", first, 0, 2**40), whole_number("seed", seed, 0)
+        duration = real_number("duration [s]", duration, above=0)
+        step = real_number("step [s]", step, above=0)
+        rise = STARTING * duration if rise is None else real_number("rise [s]", rise, least=0)
+        if not LEAST_SAMPLES <= duration / step <= MOST_SAMPLES:
+            raise ValueError(
+                f"duration over step is {duration / step:,.0f}; it must be from {LEAST_SAMPLES} to {MOST_SAMPLES:,}: "
+                "change step="
+            )
+        if rise >= duration:
+            raise ValueError(f"rise={rise:g} s must be shorter than duration={duration:g} s")
+        samples = round(duration / step) + 1
+        length = next_fast_len(samples, real=True)
+        floors = np.size(self.height)
+        check_memory(
+            f"{number} force histories", 8.0 * floors * (number * samples + floors * length), "give a smaller number="
+        )
+        factors = self._amplitudes(length, step)
+        ramp = np.minimum(1.0, step * np.arange(samples) / rise) if rise else np.ones(samples)
+        found = []
+        for index in range(first, first + number):
+            drawn = normals(seed, index, Purpose.WIND, np.arange(len(factors) * floors)).reshape(-1, floors, 2)
+            waves = np.zeros((length // 2 + 1, floors), dtype=complex)
+            complex_normal = drawn[..., 0] - 1j * drawn[..., 1]
+            waves[1 : len(factors) + 1] = 0.5 * length * np.einsum("kij,kj->ki", factors, complex_normal)
+            turbulence = irfft(waves, length, axis=0)[:samples]
+            found.append(ForceHistory(ramp[:, None] * (self.mean_force + self._per_speed * turbulence), step))
+        return found
+
+    @suggests_names
+    def force_history(
+        self, duration: float, step: float, *, seed: int = 0, index: int = 0, rise: float | None = None
+    ) -> ForceHistory:
+        """Return one random force history; arguments and errors as in `force_histories`."""
+        return self.force_histories(1, duration, step, seed=seed, first=index, rise=rise)[0]
+
+    @suggests_names
+    def stripes(
+        self,
+        levels: ArrayLike,
+        reference_speed: float,
+        histories: int,
+        duration: float,
+        step: float,
+        *,
+        seed: int = 0,
+        rise: float | None = None,
+        structures_per_history: int | None = None,
+    ) -> ForceStripes:
+        """Return wind forces for several levels of the mean wind speed, with different histories for each level.
+
+        Args:
+            levels: Mean wind speeds at the height of `reference_speed` [m/s], increasing, shape [im_level].
+            reference_speed: Mean wind speed that belongs to `mean_speed`, such as the speed at a height of 10 m [m/s].
+            histories: Number of force histories per level.
+            duration: Duration [s].
+            step: Sampling step [s].
+            seed: Seed of the random numbers.
+            rise: Time in which the forces increase from 0 [s]; None: a tenth of the duration.
+            structures_per_history: As in `ForceStripes`.
+
+        Raises:
+            ValueError: If an argument is out of range.
+
+        Example:
+            >>> wind = wd.WindForces([4.0, 8.0], [22.9, 26.7], 100.0, 1.3, wd.KaimalSpectrum(1.8))
+            >>> wind.stripes([20.0, 40.0], reference_speed=28.0, histories=3, duration=60.0, step=0.1)
+            ForceStripes(2 levels of mean wind speed [m s-1], 3 histories each)
+        """
+        reference = real_number("reference_speed [m/s]", reference_speed, above=0)
+        count = whole_number("histories", histories, 1, 2**20)
+        speeds = np.atleast_1d(finite_numbers("levels [m/s]", levels))
+        found = [
+            self.at_speed(float(speed) / reference).force_histories(
+                count, duration, step, seed=seed, first=place * count, rise=rise
+            )
+            for place, speed in enumerate(speeds)
+        ]
+        return ForceStripes(found, speeds, structures_per_history=structures_per_history)
+
+    def _amplitudes(self, length: int, step: float) -> np.ndarray:
+        """Return factors of the amplitudes of harmonics [m/s], shape [frequency, dof, dof]: F F^T = S df."""
+        spacing = 1 / (length * step)
+        frequency = spacing * np.arange(1, (length - 1) // 2 + 1)
+        values, vectors = np.linalg.eigh(self.spectral_matrix(frequency) * spacing)
+        least = values.min(axis=1) / values.max(axis=1)
+        if least.min() < -NEGATIVE:
+            worst = int(least.argmin())
+            raise ValueError(
+                f"WindForces: the coherence at {frequency[worst]:.3g} Hz is impossible for these mean speeds (the "
+                f"spectral matrix has an eigenvalue of {least[worst]:.2g} times the largest one): give mean "
+                "speeds that change less between neighbouring floors"
+            )
+        return vectors * np.sqrt(np.maximum(values, 0.0))[:, None, :]
