@@ -74,6 +74,7 @@ PLANS = {
     "implicit": chain(method="newmark_average", law=rules_of("pinching4")),
     "exact": chain(method="exact", damping="classical", law=rules_of("elastic")),
     "white noise": chain(load="white_noise"),
+    "threads share a sample on a GPU": chain(dofs=5, law=rules_of("pinching4"), collapses=True, dtype="float64"),
     "dense": chain(family="dense", law=rules_of("elastic"), damping="matrix", recorders=("displacement",)),
     "frame with hinges": of_scene(hinged_frame()),
     "fish-bone with hinges": of_scene(hinged_fishbone()),
@@ -107,6 +108,11 @@ def test_a_kernel_that_can_pause_has_all_statements_of_the_kernel(name, is_gpu):
         assert sum(bool(re.match(rf" +{each.name}(\[.*\])? = paused", line)) for line in added) == 1  # loaded once
         assert sum(bool(re.search(rf"paused.* = {each.name}(\[|$)", line)) for line in added) == 1  # stored once
     assert composed(replace(plan, pauses=True)) is found.composed
+    # Threads that share a sample have the same `block`, but each of them stores the variables of its storeys.
+    assert (plan.sections > 1) == (is_gpu and name.startswith("threads share"))
+    stored = (re.search(r"paused\.real\[[^,]*, (.*?)( \+ j)?\]", line) for line in added)
+    columns = {each.group(1) for each in stored if each}
+    assert columns == {"(first + wp.tid()) * LANES" if plan.sections > 1 else "block * LANES"}
 
 
 def test_the_rows_of_variables_do_not_overlap():

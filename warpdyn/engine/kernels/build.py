@@ -62,7 +62,8 @@ def pausing_of(plan: Plan) -> Pausing:
     """Return the source of a plan's kernel that can pause, and the variables that it loads and stores."""
     skeleton = SKELETONS[plan.family, plan.kind]
     parts = {name_of(part) for part in all_parts() if part.wanted(plan)} | {skeleton.__module__.rpartition(".")[2]}
-    return pausing(compose(skeleton, plan), parts, paused_struct(plan.dtype), plan.lanes, DTYPES[plan.dtype])
+    given = plan.lanes, DTYPES[plan.dtype], plan.sections
+    return pausing(compose(skeleton, plan), parts, paused_struct(plan.dtype), *given)
 
 
 @functools.cache
