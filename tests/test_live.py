@@ -98,11 +98,13 @@ def test_answers_without_samples_have_the_same_statistics(run):
         assert set(due.data_vars) - set(answer.data_vars) == {
             name for name in due.data_vars if "sample" in due[name].dims
         }
-        assert set(answer.data_vars) - set(due.data_vars) == {"failed_count"}
+        assert set(answer.data_vars) - set(due.data_vars) == {"failed_count", "collapsed_count"}
         for name in ("peak_storey_drift_quantile", "peak_storey_drift_ratio_quantile", "damage_probability", "time"):
             assert answer[name].identical(due[name])
         assert answer["failed_count"].sel(failure="diverged") == 0
+        assert answer["collapsed_count"] == (due["status"] == 1).sum()
         assert answer.attrs["packets"] == due.attrs["packets"]
+    assert answer["collapsed_count"] > 0
     assert same(light.finish(), run)
     with pytest.raises(TypeError, match="keep_samples must be True or False, got 'no'"):
         live(keep_samples="no")
@@ -178,6 +180,8 @@ def test_follow_warns_of_refused_packets_and_goes_on(run):
     with pytest.warns(UserWarning, match="is nan"):
         assert len(list(ensemble.follow(packets, on_refused="warn"))) == 4
     assert same(ensemble.finish(), run)
+    with pytest.raises(TypeError, match=r"got NoneType: give, for example, wd.packets.from_socket\(host, port\)"):
+        next(live().follow(None))
 
 
 def test_a_gap_is_bridged_on_request():

@@ -55,8 +55,8 @@ class Live:
             {"slight": 0.005, "complete": 0.04} (storey drift ratios [1]); None: no damage states.
         quantiles: Quantiles of all demands among the samples [1].
         keep_samples: Whether answers contain the demands of each sample. False: only their quantiles, the damage-state
-            probabilities and `failed_count`; on a GPU nothing else is copied to the host, so that answers take less
-            time. The run of `finish` always contains all samples.
+            probabilities, `failed_count` and `collapsed_count`; on a GPU nothing else is copied to the host, so that
+            answers take less time. The run of `finish` always contains all samples.
         unit: Unit of the accelerations, one of `records.UNITS`.
         sampling_step: Sampling step of the packets [s] if it is not that of the scene's motion; the packets are then
             resampled by linear interpolation.
@@ -218,8 +218,16 @@ class Live:
         Args:
             packets: The packets, such as those of `packets.from_socket`.
             on_refused: "raise" raises the error of a refused packet; "warn" warns of it and continues.
+
+        Raises:
+            TypeError: If `packets` cannot be iterated.
         """
         one_of("on_refused", on_refused, ("raise", "warn"))
+        if not isinstance(packets, Iterable):
+            raise TypeError(
+                f"follow() takes an iterable of packets, got {type(packets).__name__}: give, for example, "
+                "wd.packets.from_socket(host, port), or call push() with the values of one packet"
+            )
         for packet in packets:
             try:
                 yield self.push(packet)
@@ -237,8 +245,8 @@ class Live:
             `damage_probability(damage_state)` [1], the share of the samples in each state. A collapsed sample is in
             the heaviest state; failed samples do not count. Residual drifts are missing until `finish`. The attributes
             count the packets, and contain the lag behind real time and the drift of the clock [s]. With
-            `keep_samples=False`, the demands of every sample are left out, and `failed_count(failure)` is the number of
-            failed samples.
+            `keep_samples=False`, the demands of every sample are left out; `failed_count(failure)` and
+            `collapsed_count` are the numbers of failed and of collapsed samples.
         """
         if not len(self.record):
             raise ValueError("no sample of all components has arrived yet: call push() first")

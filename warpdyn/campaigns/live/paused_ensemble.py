@@ -270,6 +270,7 @@ class PausedEnsemble:
         else:
             run_intervals.fill_(run)
             costs = np.broadcast_to(max(len(values) - 1, 1), self.ensemble.size)
+        wp.synchronize_device(self.device)  # streams of the queue do not wait for these copies
         for group in self.groups:
             paused = group.paused
             paused.first = self.intervals * group.finer
@@ -277,7 +278,6 @@ class PausedEnsemble:
             paused.stores = 0 if count is None else 1
             inputs = (*group.inputs, loads[group.finer])
             launch = Launch(group.plan, inputs, group.count, group.substeps, group.order, costs)
-            wp.synchronize_device(self.device)
             self.queue.launch([launch], [self.output, self._history, paused])
         # A GPU still reads the samples of the packet and the ends of the runs, and writes the states.
         wp.synchronize_device(self.device)
@@ -294,7 +294,7 @@ class PausedEnsemble:
         if finer > 1:
             coarse, rows = load.values, finer * (len(values) - 1) + 1
             load = self._held_load(finer, rows * self._components)
-            write_interpolated(coarse, finer, self._components, load.values, rows, stream)
+            write_interpolated(coarse, self.dtype, finer, self._components, load.values, rows, stream)
         load.first.fill_(-self.intervals * finer)
         load.intervals.fill_(motion * finer)
         return load
