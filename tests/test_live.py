@@ -377,3 +377,13 @@ def test_accelerations_in_another_unit_are_implausible():
     quiet.push(np.full(3, 0.05))
     with pytest.warns(UserWarning, match="strongest motion that has arrived is 0.05"):
         quiet.finish()
+
+
+def test_simulate_may_use_the_kernel_that_can_pause(run, monkeypatch):
+    # On a GPU, it does so for laws with many rules, so that live ensembles have the same bits.
+    from dataclasses import replace
+
+    from warpdyn.campaigns.integration import model
+
+    monkeypatch.setattr(model, "as_in_live", lambda plan, *, is_gpu: replace(plan, pauses=True))
+    assert same(wd.simulate(scene(), structures=20, **HOW), run)

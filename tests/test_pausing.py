@@ -12,13 +12,13 @@ from law_rows import rules_of
 from test_live_families import controlled, hinged_fishbone, hinged_frame
 
 import warpdyn as wd
-from warpdyn.campaigns.integration.model import dynamics_of, plan_of
-from warpdyn.engine.kernels.build import composed, fitted, pausing_of
+from warpdyn.campaigns.integration.model import dynamics_of, plan_of, plans_of_events
+from warpdyn.engine.kernels.build import as_in_live, composed, fitted, history_plan, pausing_of
 from warpdyn.engine.kernels.composing.source_text import names_of
 from warpdyn.engine.kernels.composing.syntax import syntax_tree
 from warpdyn.engine.kernels.pausing.liveness import interval_loop, live_names, set_in
 from warpdyn.engine.kernels.pausing.paused_text import RESTARTED
-from warpdyn.engine.kernels.plan import Plan
+from warpdyn.engine.kernels.plan import Plan, whole_run
 
 TEXT = """
 def integrate(n: int, output: Output):
@@ -113,6 +113,20 @@ def test_a_kernel_that_can_pause_has_all_statements_of_the_kernel(name, is_gpu):
     stored = (re.search(r"paused\.real\[[^,]*, (.*?)( \+ j)?\]", line) for line in added)
     columns = {each.group(1) for each in stored if each}
     assert columns == {"(first + wp.tid()) * LANES" if plan.sections > 1 else "block * LANES"}
+
+
+@pytest.mark.parametrize(("law", "pauses"), [("bilinear", False), ("bouc_wen", False), ("takeda", True)])
+def test_simulate_uses_the_kernel_that_can_pause_for_laws_with_many_rules_on_a_gpu(law, pauses):
+    plan = chain(law=rules_of(law))
+    assert as_in_live(fitted(plan, True), is_gpu=True).pauses == pauses
+    assert not as_in_live(fitted(plan, False), is_gpu=False).pauses
+    first, later = plans_of_events(replace(plan, pauses=True), 2)
+    assert not first.pauses
+    assert not later.pauses
+    assert not history_plan(replace(plan, pauses=True)).pauses
+    [paused] = whole_run(replace(plan, pauses=True))
+    assert (paused.first, paused.stores) == (0, 0)
+    assert whole_run(plan) == []
 
 
 def test_the_rows_of_variables_do_not_overlap():

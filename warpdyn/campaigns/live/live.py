@@ -40,9 +40,9 @@ class Live:
     """An ensemble of structures that responds to a ground motion while it arrives, packet by packet.
 
     All structures are integrated up to the last sample that has arrived. The result after the last packet is that of
-    `simulate` for the whole record, for every division into packets: bit for bit on a CPU, and within rounding on a
-    GPU. A packet that cannot be used raises an error and changes nothing. Samples that arrive late, repeatedly or after
-    a gap are put in order.
+    `simulate` for the whole record, for every division into packets: bit for bit on a CPU; on a GPU, too, unless
+    `simulate` prepares a large run on the GPU (then within rounding). A packet that cannot be used raises an error and
+    changes nothing. Samples that arrive late, repeatedly or after a gap are put in order.
 
     Args:
         scene: The scene. Its excitation is one GroundMotion, one PairOfMotions, or a Cloud or OneMotionPerStructure
@@ -257,7 +257,7 @@ class Live:
         """End the motion, integrate the free vibration after it, and return the run as a dataset.
 
         Returns:
-            The dataset that `simulate` returns for the whole record, on a CPU with the same bits; its
+            The dataset that `simulate` returns for the whole record, with the same bits (see `Live`); its
             `seconds_integrating` are those of all packets pushed to this Live and of the end. Samples that failed are
             run again with shorter steps, from the start of the record.
 

@@ -17,11 +17,10 @@ from warpdyn.engine.kernels.auxiliary.interpolation import write_interpolated
 from warpdyn.engine.kernels.build import pausing_of
 from warpdyn.engine.kernels.kernel_cache import THREADS_OF_A_BLOCK
 from warpdyn.engine.kernels.pausing.paused_text import Pausing
-from warpdyn.engine.kernels.plan import DTYPES, Plan, output_struct, paused_struct, structs
+from warpdyn.engine.kernels.plan import DTYPES, LAST_INTERVAL, Plan, output_struct, paused_struct, structs
 from warpdyn.engine.kernels.queues import Launch
 from warpdyn.model.ground_motions.excitation import MOST_STEPS
 
-LAST = 2**31 - 1  # an interval after the end of every run
 ROOM = 2**10  # least number of accelerations in the memory of a packet
 
 
@@ -274,7 +273,7 @@ class PausedEnsemble:
         for group in self.groups:
             paused = group.paused
             paused.first = self.intervals * group.finer
-            paused.last = LAST if count is None else paused.first + count * group.finer
+            paused.last = LAST_INTERVAL if count is None else paused.first + count * group.finer
             paused.stores = 0 if count is None else 1
             inputs = (*group.inputs, loads[group.finer])
             launch = Launch(group.plan, inputs, group.count, group.substeps, group.order, costs)
