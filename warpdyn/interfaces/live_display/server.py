@@ -18,7 +18,7 @@ POLICY = (
     "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; connect-src 'self'; "
     "frame-ancestors 'none'"
 )
-MOST_REQUESTS = 32  # requests at the same time, each of which has a thread; a browser makes one or two
+MOST_REQUESTS = 32  # requests at the same time, one thread each; a browser makes one or two
 
 
 class PageServer(ThreadingHTTPServer):

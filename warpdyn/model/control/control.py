@@ -190,8 +190,7 @@ class Control:
                 raise ValueError(f"{kind} of acceleration has no effect: neither regulator nor controller reads them")
         slowest = np.abs(np.linalg.eigvals(state_space(structure, ()).dynamics)).min()
         for number, each in enumerate(self.actuators, 1):
-            late = each.phase_lag(slowest) if isinstance(each, Actuator) else 0.0
-            if late > LARGEST_LAG:
+            if isinstance(each, Actuator) and (late := each.phase_lag(slowest)) > LARGEST_LAG:
                 name = "frequency= is in Hz" if each.frequency else "time_constant= is in seconds"
                 warn_caller(
                     f"the force of actuator {number} lags behind its command by {late:.0f} degrees at the first period "
