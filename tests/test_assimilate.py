@@ -295,12 +295,3 @@ def test_ten_seconds_of_the_kalman_filter_and_of_unknown_stiffnesses():
         assert np.max(np.abs(now["parameter_mean"].values / STIFFNESS - means) / spread) < 0.25
         np.testing.assert_allclose(now["parameter_standard_deviation"].values / STIFFNESS, spread, rtol=0.03)
         assert float(now["log_evidence"]) == pytest.approx(evidence, abs=2.5)
-
-
-@pytest.mark.thorough
-def test_intervals_of_bouc_wen_parameters_cover_the_truth():
-    """90 % intervals of 100 records; the standard deviation of a count is 3."""
-    rows = [coverage_of_filters.covered("particle", seed, members=200, duration=3.0) for seed in range(100)]
-    counts = {name: sum(row[name] for row in rows) for name in rows[0]}
-    # Five correlated counts: a perfect filter is outside of 90 +- 8 with a probability of at most 5 times 0.5 %.
-    assert all(82 <= count <= 98 for count in counts.values()), counts
