@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import coverage_of_filters
 import numpy as np
 import pytest
 from scipy import stats
@@ -229,3 +230,68 @@ def test_particle_filter_of_a_bouc_wen_oscillator_has_the_likelihood_of_a_bootst
         error = ERRORS / np.sqrt(float(now["effective_sample_size"]) / 4)
         assert abs(now["displacement"][0] - displacement) < error * now["displacement_standard_deviation"][0]
         assert abs(now["velocity"][0] - velocity) < error * now["velocity_standard_deviation"][0]
+
+
+@pytest.mark.thorough
+def test_particle_filter_has_the_posterior_of_long_markov_chains():
+    # Five parameters of a Bouc-Wen oscillator without process noise: four chains of 40,000 Metropolis steps at each
+    # time, and the evidence by importance sampling, computed without warpdyn.
+    measured = np.loadtxt(DATA / "bouc_wen_record.csv", delimiter=",", skiprows=2)[:, 1]
+    response = wd.MeasuredResponse(measured, coverage_of_filters.STEP, first=1)
+    found = wd.assimilate(
+        coverage_of_filters.scene(751), response, noise=coverage_of_filters.NOISE, members=500, seed=1
+    )
+    names = ("damping_coefficient", "stiffness", "beta", "gamma", "exponent")
+    expected = {  # time -> log evidence, means and standard deviations
+        3: (200.914, (296.44, 9057, 1.5945, 0.82129, 1.7704), (13.94, 72.53, 0.3588, 0.1602, 0.1651)),
+        6: (417.724, (300.77, 9018.6, 1.7121, 0.89789, 1.8681), (4.633, 35.87, 0.2155, 0.1327, 0.1044)),
+        15: (1018.582, (303.12, 9021.2, 1.7796, 0.97124, 1.9139), (3.874, 16.85, 0.138, 0.09818, 0.0661)),
+    }
+    for time, (evidence, means, deviations) in expected.items():
+        now = found.sel(time=time, method="nearest")
+        # About 25 stages with at least 250 effective particles each
+        assert abs(float(now["log_evidence"]) - evidence) < ERRORS * np.sqrt(25 / 250)
+        # After the moves a stage keeps at most a correlation of 0.11: at least half of the particles are independent.
+        error = ERRORS / np.sqrt(float(now["effective_sample_size"]) / 2)
+        for name, mean, deviation in zip(names, means, deviations, strict=True):
+            one = now.sel(parameter=name)
+            assert abs(float(one["parameter_mean"]) - mean) < error * deviation, (time, name)
+            assert float(one["parameter_standard_deviation"]) == pytest.approx(deviation, rel=error), (time, name)
+
+
+@pytest.mark.thorough
+def test_ten_seconds_of_the_kalman_filter_and_of_unknown_stiffnesses():
+    record = np.loadtxt(DATA / "kalman_two_storeys.csv", delimiter=",", skiprows=1)[:, 1:]
+    time = STEP * np.arange(501)
+    motion = wd.GroundMotion(3 * np.sin(2 * np.pi * 1.5 * time) * np.exp(-0.3 * time), STEP, "sine")
+    given = {"noise": NOISE, "velocity_noise": PROCESS, "initial_displacement": 0.01, "initial_velocity": 0.1}
+    given |= {"method": "unscented_kalman", "members": 100}
+    response = wd.MeasuredResponse(record, STEP, first=1)
+    found = wd.assimilate(wd.Scene(BUILDING, motion), response, **given)
+    # Dense Gaussian conditioning: displacements, velocities, log-likelihood; the deviations are stationary.
+    deviations = np.array([6.383261e-05, 1.009236e-4, 2.609653e-3, 3.149142e-3])
+    expected = {
+        2: ([0.002547979, 0.004972916, -0.07380122, -0.1116323], 215.464238),
+        5: ([-0.0006163066, -0.001103661, 0.03854455, 0.07249014], 564.722644),
+        10: ([-5.939356e-05, -9.857242e-05, 0.002510787, -0.005012688], 1163.0311),
+    }
+    for at, (means, evidence) in expected.items():
+        now = found.sel(time=at, method="nearest")
+        spread = [*now["displacement_standard_deviation"].values, *now["velocity_standard_deviation"].values]
+        np.testing.assert_allclose(spread, deviations, rtol=1e-3)
+        assert np.max(np.abs(np.append(now["displacement"], now["velocity"]) - means) / deviations) < 0.02  # see above
+        assert float(now["log_evidence"]) == pytest.approx(evidence, abs=0.02)
+    # Two unknown stiffness factors with lognormal priors of 20 %: quadrature of the exact filter. The unscented filter
+    # is approximate: the linear updates of the wide prior in the first second shift mean and evidence.
+    scatter = {"stiffness": wd.RandomFactor(wd.Lognormal(1.0, 0.2), per="storey")}
+    found = wd.assimilate(wd.Scene(BUILDING, motion, scatter), response, **given)
+    expected = {
+        2: ([1.006061, 1.007122], [0.00781707, 0.0111001], 210.111636),
+        5: ([1.002186, 1.005378], [0.00706138, 0.0105317], 558.611571),
+        10: ([1.003618, 1.00251], [0.00689329, 0.0101874], 1156.83276),
+    }
+    for at, (means, spread, evidence) in expected.items():
+        now = found.sel(time=at, method="nearest")
+        assert np.max(np.abs(now["parameter_mean"].values / STIFFNESS - means) / spread) < 0.25
+        np.testing.assert_allclose(now["parameter_standard_deviation"].values / STIFFNESS, spread, rtol=0.03)
+        assert float(now["log_evidence"]) == pytest.approx(evidence, abs=2.5)

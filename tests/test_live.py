@@ -98,11 +98,13 @@ def test_answers_without_samples_have_the_same_statistics(run):
         assert set(due.data_vars) - set(answer.data_vars) == {
             name for name in due.data_vars if "sample" in due[name].dims
         }
-        assert set(answer.data_vars) - set(due.data_vars) == {"failed_count"}
+        assert set(answer.data_vars) - set(due.data_vars) == {"failed_count", "collapsed_count"}
         for name in ("peak_storey_drift_quantile", "peak_storey_drift_ratio_quantile", "damage_probability", "time"):
             assert answer[name].identical(due[name])
         assert answer["failed_count"].sel(failure="diverged") == 0
+        assert answer["collapsed_count"] == (due["status"] == 1).sum()
         assert answer.attrs["packets"] == due.attrs["packets"]
+    assert answer["collapsed_count"] > 0
     assert same(light.finish(), run)
     with pytest.raises(TypeError, match="keep_samples must be True or False, got 'no'"):
         live(keep_samples="no")
@@ -178,6 +180,8 @@ def test_follow_warns_of_refused_packets_and_goes_on(run):
     with pytest.warns(UserWarning, match="is nan"):
         assert len(list(ensemble.follow(packets, on_refused="warn"))) == 4
     assert same(ensemble.finish(), run)
+    with pytest.raises(TypeError, match=r"got NoneType: give, for example, wd.packets.from_socket\(host, port\)"):
+        next(live().follow(None))
 
 
 def test_a_gap_is_bridged_on_request():
@@ -374,3 +378,13 @@ def test_accelerations_in_another_unit_are_implausible():
     quiet.push(np.full(3, 0.05))
     with pytest.warns(UserWarning, match="strongest motion that has arrived is 0.05"):
         quiet.finish()
+
+
+def test_simulate_may_use_the_kernel_that_can_pause(run, monkeypatch):
+    # On a GPU, it does so for laws with many rules, so that live ensembles have the same bits.
+    from dataclasses import replace
+
+    from warpdyn.campaigns.integration import model
+
+    monkeypatch.setattr(model, "as_in_live", lambda plan, *, is_gpu: replace(plan, pauses=True))
+    assert same(wd.simulate(scene(), structures=20, **HOW), run)

@@ -17,6 +17,7 @@ import warpdyn as wd
 from warpdyn.interfaces.live_display.display import PERIOD
 from warpdyn.interfaces.live_display.frames import MOST_STATES
 from warpdyn.interfaces.live_display.series import MOST_TIMES, Series, envelope, numbers
+from warpdyn.interfaces.live_display.server import MOST_REQUESTS
 
 PATIENCE = 60.0  # s, the longest wait for a frame
 
@@ -127,7 +128,7 @@ def test_answers_without_samples_are_shown_if_they_contain_the_quantiles():
             ensemble.push(MOTION.acceleration)
             frames.append(frame_of(display, 3.99)[1]["drift"])
     due, found = frames
-    assert due.pop("collapsed") > 0  # answers without samples do not contain it
+    assert due["collapsed"] > 0
     np.testing.assert_allclose(found.pop("quantiles"), due.pop("quantiles"), atol=1e-5)  # 5 digits
     assert found == due
 
@@ -161,8 +162,8 @@ def test_the_run_never_waits_for_the_display(monkeypatch):
     with wd.LiveDisplay(ensemble, sample=None) as display:
         of = display._frames.of
         monkeypatch.setattr(display._frames, "of", lambda answer: released.wait(PATIENCE) and of(answer))
-        deaf = socket.create_connection(("127.0.0.1", int(display.url.rsplit(":", 1)[1].strip("/"))))
-        deaf.sendall(b"GET /frame HTTP/1.0\r\nHost: localhost\r\n\r\n")
+        deaf = socket.create_connection(("127.0.0.1", int(display.url.split("/")[2].split(":")[1])))
+        deaf.sendall(f"GET /{display.url.split('/')[3]}/frame HTTP/1.0\r\nHost: localhost\r\n\r\n".encode())
         for first in range(0, 400, 10):
             ensemble.push(MOTION.acceleration[first : first + 10])
         assert not released.is_set()
@@ -200,12 +201,16 @@ def test_frames_come_ten_times_per_second_and_a_failure_ends_only_the_display(mo
 
 def test_only_browsers_of_this_computer_get_the_page():
     with wd.LiveDisplay(live(), sample=None) as display:
-        port = display.url.rsplit(":", 1)[1].strip("/")
+        port = display.url.split("/")[2].split(":")[1]
         _, page, headers = get(display.url)
         assert b"<canvas" in page
         assert b"http" not in page.replace(b"http-equiv", b"")  # loads nothing else
         assert headers["Content-Security-Policy"].startswith("default-src 'none'")
-        assert get(f"http://localhost:{port}/")[1] == page
+        assert headers["Content-Security-Policy"].endswith("frame-ancestors 'none'")
+        assert get(display.url.replace("127.0.0.1", "localhost"))[1] == page
+        for address in (f"http://localhost:{port}/", f"http://localhost:{port}/frame", f"{display.url[:-2]}/"):
+            with pytest.raises(urllib.error.HTTPError, match="404"):  # without the token, or with another one
+                get(address)
         with pytest.raises(urllib.error.HTTPError, match="403"):
             get(display.url, Host="example.org")
         with pytest.raises(urllib.error.HTTPError, match="404"):
@@ -215,6 +220,11 @@ def test_only_browsers_of_this_computer_get_the_page():
             assert b" 404 " in client.recv(100)
         with pytest.raises(ValueError, match=rf"port {port} is not free .*port=0"):
             wd.LiveDisplay(live(), sample=None, port=int(port))
+        waiting = [socket.create_connection(("127.0.0.1", int(port)), timeout=PATIENCE) for _ in range(MOST_REQUESTS)]
+        with socket.create_connection(("127.0.0.1", int(port)), timeout=PATIENCE) as one_more:
+            assert one_more.recv(1) == b""  # closed at once
+        for each in waiting:
+            each.close()
     with pytest.raises(OSError, match=r"refused|reset|timed out"):
         socket.create_connection(("127.0.0.1", int(port)), timeout=1)
 

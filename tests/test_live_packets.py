@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import datetime
 import socket
+import sys
 import threading
 from collections import Counter
 from itertools import pairwise
@@ -176,6 +177,15 @@ def test_a_socket_delivers_all_digits():
         with pytest.raises(Refused, match=r"is not a packet.*one line of JSON"):
             next(packets)
     np.testing.assert_array_equal(values[:, 0], SIGNAL[:300])
+    with pytest.raises(TypeError, match=r"give the host first, then the port"):
+        next(wd.packets.from_socket(5000, "localhost"))
+
+
+def test_a_missing_obspy_is_named(monkeypatch):
+    monkeypatch.setitem(sys.modules, "obspy.clients.seedlink.easyseedlink", None)
+    packets = wd.packets.from_seedlink("localhost:18000", "XX", "TEST", "HNZ")
+    with pytest.raises(ImportError, match=r'pip install "obspy>=1.4"'):
+        next(packets)
 
 
 def traces(channel: str = "HNZ", kind: type = np.int32, gap: int = 0):

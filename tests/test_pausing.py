@@ -12,13 +12,13 @@ from law_rows import rules_of
 from test_live_families import controlled, hinged_fishbone, hinged_frame
 
 import warpdyn as wd
-from warpdyn.campaigns.integration.model import dynamics_of, plan_of
-from warpdyn.engine.kernels.build import composed, fitted, pausing_of
+from warpdyn.campaigns.integration.model import dynamics_of, plan_of, plans_of_events
+from warpdyn.engine.kernels.build import as_in_live, composed, fitted, history_plan, pausing_of
 from warpdyn.engine.kernels.composing.source_text import names_of
 from warpdyn.engine.kernels.composing.syntax import syntax_tree
 from warpdyn.engine.kernels.pausing.liveness import interval_loop, live_names, set_in
 from warpdyn.engine.kernels.pausing.paused_text import RESTARTED
-from warpdyn.engine.kernels.plan import Plan
+from warpdyn.engine.kernels.plan import Plan, whole_run
 
 TEXT = """
 def integrate(n: int, output: Output):
@@ -74,6 +74,7 @@ PLANS = {
     "implicit": chain(method="newmark_average", law=rules_of("pinching4")),
     "exact": chain(method="exact", damping="classical", law=rules_of("elastic")),
     "white noise": chain(load="white_noise"),
+    "threads share a sample on a GPU": chain(dofs=5, law=rules_of("pinching4"), collapses=True, dtype="float64"),
     "dense": chain(family="dense", law=rules_of("elastic"), damping="matrix", recorders=("displacement",)),
     "frame with hinges": of_scene(hinged_frame()),
     "fish-bone with hinges": of_scene(hinged_fishbone()),
@@ -107,6 +108,25 @@ def test_a_kernel_that_can_pause_has_all_statements_of_the_kernel(name, is_gpu):
         assert sum(bool(re.match(rf" +{each.name}(\[.*\])? = paused", line)) for line in added) == 1  # loaded once
         assert sum(bool(re.search(rf"paused.* = {each.name}(\[|$)", line)) for line in added) == 1  # stored once
     assert composed(replace(plan, pauses=True)) is found.composed
+    # Threads that share a sample have the same `block`, but each of them stores the variables of its storeys.
+    assert (plan.sections > 1) == (is_gpu and name.startswith("threads share"))
+    stored = (re.search(r"paused\.real\[[^,]*, (.*?)( \+ j)?\]", line) for line in added)
+    columns = {each.group(1) for each in stored if each}
+    assert columns == {"(first + wp.tid()) * LANES" if plan.sections > 1 else "block * LANES"}
+
+
+@pytest.mark.parametrize(("law", "pauses"), [("bilinear", False), ("bouc_wen", False), ("takeda", True)])
+def test_simulate_uses_the_kernel_that_can_pause_for_laws_with_many_rules_on_a_gpu(law, pauses):
+    plan = chain(law=rules_of(law))
+    assert as_in_live(fitted(plan, True), is_gpu=True).pauses == pauses
+    assert not as_in_live(fitted(plan, False), is_gpu=False).pauses
+    first, later = plans_of_events(replace(plan, pauses=True), 2)
+    assert not first.pauses
+    assert not later.pauses
+    assert not history_plan(replace(plan, pauses=True)).pauses
+    [paused] = whole_run(replace(plan, pauses=True))
+    assert (paused.first, paused.stores) == (0, 0)
+    assert whole_run(plan) == []
 
 
 def test_the_rows_of_variables_do_not_overlap():

@@ -22,7 +22,7 @@ from warpdyn.engine.kernels.output_table import (
     OF_FAILURES,
     OF_ROTATIONS,
 )
-from warpdyn.engine.kernels.plan import Plan
+from warpdyn.engine.kernels.plan import Plan, whole_run
 from warpdyn.foundations.core.random_numbers import key_of
 from warpdyn.model.ground_motions.excitation import MOST_STEPS, Assignment
 
@@ -193,7 +193,7 @@ class Ensemble:
         # Queue the uploads first: kernels queued before the uploads would delay them until the GPU is free.
         launches = self.launches()
         output = self.queue.blank(rows, self.plan.dtype)
-        self.queue.launch(launches, [output, history], advance)
+        self.queue.launch(launches, [output, history, *whole_run(self.plan)], advance)
         self.queue.start_reading(output, {name: values.shape for name, values in rows.items()}, arriving)
 
     def finish(self, rows: Arrays, map_function: MapFunction = map) -> None:

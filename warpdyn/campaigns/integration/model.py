@@ -15,7 +15,7 @@ from warpdyn.campaigns.integration.lumped.dynamics import LumpedDynamics
 from warpdyn.campaigns.integration.settings import Integration
 from warpdyn.engine.kernels import arguments
 from warpdyn.engine.kernels.auxiliary.interpolation import interpolated
-from warpdyn.engine.kernels.build import composed, fitted, undivided
+from warpdyn.engine.kernels.build import as_in_live, composed, fitted, undivided
 from warpdyn.engine.kernels.output_table import RECORDERS, STATE, recorded
 from warpdyn.engine.kernels.plan import Plan, has_line, memory_of_springs
 from warpdyn.engine.kernels.queues import checked_devices
@@ -85,7 +85,7 @@ def plan_of(scene: Scene, dynamics: Dynamics, method: str, dtype: str, *, is_gpu
         pattern=dynamics.pattern,
         control=None if scene.control is None else scene.control.rules(scene.structure),
     )
-    return fitted(plan, is_gpu)
+    return as_in_live(fitted(plan, is_gpu), is_gpu=is_gpu)
 
 
 def check_controlled(method: str, scene: Scene) -> None:
@@ -105,7 +105,7 @@ def plans_of_events(plan: Plan, events: int) -> tuple[Plan, ...]:
     if events == 1:
         return (plan,)
     recorders = (*plan.recorders, STATE)
-    later = replace(plan, recorders=recorders, resumes=True)
+    later = replace(plan, recorders=recorders, resumes=True, pauses=False)
     return (replace(later, resumes=False), *[later] * (events - 1))
 
 

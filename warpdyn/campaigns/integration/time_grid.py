@@ -140,7 +140,7 @@ def _step_of_control(scene: Scene, target: float, *, is_given: bool) -> float:
     stable = scene.control.stable_step(scene.structure)
     if is_given and target > stable:
         raise ValueError(
-            f"step={target:g} s is beyond the stability limit of the dampers of the control, {stable:.3g} s: give a "
+            f"step={target:g} s is beyond the stability limit of the actuators of the control, {stable:.3g} s: give a "
             "shorter step, or remove step="
         )
     return target if is_given else min(target, SHARE_OF_STABLE_STEP * stable)

@@ -17,7 +17,7 @@ from warpdyn.campaigns.reductions.tally import FAILURES
 from warpdyn.campaigns.running.labels import columns_of, fill_outcomes, labelled
 from warpdyn.campaigns.running.tables import blank_rows
 from warpdyn.foundations.core.checks import finite_numbers, true_or_false
-from warpdyn.foundations.core.output_variables import DIVERGED
+from warpdyn.foundations.core.output_variables import COLLAPSED, DIVERGED
 from warpdyn.foundations.files.netcdf import trace
 
 # Variables that are known only after the end of the free vibration, and inputs of the run.
@@ -98,6 +98,7 @@ class Answers:
             values["damage_probability"] = found.in_state / samples if samples else np.full(found.in_state.size, np.nan)
         if not self.keep_samples:
             values["failed_count"] = found.of_status[DIVERGED:]
+            values["collapsed_count"] = np.array(found.of_status[COLLAPSED])
         answer = self._form.copy(data=values)
         answer.variables["time"].values = np.array(time)
         answer.attrs = trace(self.model.scene.title, "Live") | dict(attributes)
@@ -137,5 +138,7 @@ class Answers:
         if not self.keep_samples:
             said = {"long_name": "samples that are not counted, because their integration failed", "units": "1"}
             variables["failed_count"] = ("failure", np.zeros(len(FAILURES), dtype=np.int64), said)
+            collapsed = {"long_name": "samples that have collapsed", "units": "1"}
+            variables["collapsed_count"] = ((), np.int64(0), collapsed)
             coordinates["failure"] = ("failure", np.array(FAILURES), {"long_name": "status of samples that failed"})
         return xr.Dataset(variables, coordinates)

@@ -42,9 +42,9 @@ class Live:
     """An ensemble of structures that responds to a ground motion while it arrives, packet by packet.
 
     All structures are integrated up to the last sample that has arrived. The result after the last packet is that of
-    `simulate` for the whole record, for every division into packets: bit for bit on a CPU, and within rounding on a
-    GPU. A packet that cannot be used raises an error and changes nothing. Samples that arrive late, repeatedly or after
-    a gap are put in order.
+    `simulate` for the whole record, for every division into packets: bit for bit on a CPU; on a GPU, too, unless
+    `simulate` prepares a large run on the GPU (then within rounding). A packet that cannot be used raises an error and
+    changes nothing. Samples that arrive late, repeatedly or after a gap are put in order.
 
     Args:
         scene: The scene. Its excitation is one GroundMotion, one PairOfMotions, or a Cloud or OneMotionPerStructure
@@ -57,8 +57,8 @@ class Live:
             {"slight": 0.005, "complete": 0.04} (storey drift ratios [1]); None: no damage states.
         quantiles: Quantiles of all demands among the samples [1].
         keep_samples: Whether answers contain the demands of each sample. False: only their quantiles, the damage-state
-            probabilities and `failed_count`; on a GPU nothing else is copied to the host, so that answers take less
-            time. The run of `finish` always contains all samples.
+            probabilities, `failed_count` and `collapsed_count`; on a GPU nothing else is copied to the host, so that
+            answers take less time. The run of `finish` always contains all samples.
         unit: Unit of the accelerations, one of `records.UNITS`.
         sampling_step: Sampling step of the packets [s] if it is not that of the scene's motion; the packets are then
             resampled by linear interpolation.
@@ -225,8 +225,16 @@ class Live:
         Args:
             packets: The packets, such as those of `packets.from_socket`.
             on_refused: "raise" raises the error of a refused packet; "warn" warns of it and continues.
+
+        Raises:
+            TypeError: If `packets` cannot be iterated.
         """
         one_of("on_refused", on_refused, ("raise", "warn"))
+        if not isinstance(packets, Iterable):
+            raise TypeError(
+                f"follow() takes an iterable of packets, got {type(packets).__name__}: give, for example, "
+                "wd.packets.from_socket(host, port), or call push() with the values of one packet"
+            )
         for packet in packets:
             try:
                 yield self.push(packet)
@@ -244,8 +252,8 @@ class Live:
             `damage_probability(damage_state)` [1], the share of the samples in each state. A collapsed sample is in
             the heaviest state; failed samples do not count. Residual drifts are missing until `finish`. The attributes
             count the packets, and contain the lag behind real time and the drift of the clock [s]. With
-            `keep_samples=False`, the demands of every sample are left out, and `failed_count(failure)` is the number of
-            failed samples.
+            `keep_samples=False`, the demands of every sample are left out; `failed_count(failure)` and
+            `collapsed_count` are the numbers of failed and of collapsed samples.
         """
         if not len(self.record):
             raise ValueError("no sample of all components has arrived yet: call push() first")
@@ -256,7 +264,7 @@ class Live:
         """End the motion, integrate the free vibration after it, and return the run as a dataset.
 
         Returns:
-            The dataset that `simulate` returns for the whole record, on a CPU with the same bits; its
+            The dataset that `simulate` returns for the whole record, with the same bits (see `Live`); its
             `seconds_integrating` are those of all packets pushed to this Live and of the end. Samples that failed are
             run again with shorter steps, from the start of the record.
 

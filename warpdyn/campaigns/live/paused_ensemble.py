@@ -17,11 +17,10 @@ from warpdyn.engine.kernels.auxiliary.interpolation import write_interpolated
 from warpdyn.engine.kernels.build import pausing_of
 from warpdyn.engine.kernels.kernel_cache import THREADS_OF_A_BLOCK
 from warpdyn.engine.kernels.pausing.paused_text import Pausing
-from warpdyn.engine.kernels.plan import DTYPES, Plan, output_struct, paused_struct, structs
+from warpdyn.engine.kernels.plan import DTYPES, LAST_INTERVAL, Plan, output_struct, paused_struct, structs
 from warpdyn.engine.kernels.queues import Launch
 from warpdyn.model.ground_motions.excitation import MOST_STEPS
 
-LAST = 2**31 - 1  # an interval after the end of every run
 ROOM = 2**10  # least number of accelerations in the memory of a packet
 
 
@@ -270,14 +269,14 @@ class PausedEnsemble:
         else:
             run_intervals.fill_(run)
             costs = np.broadcast_to(max(len(values) - 1, 1), self.ensemble.size)
+        wp.synchronize_device(self.device)  # streams of the queue do not wait for these copies
         for group in self.groups:
             paused = group.paused
             paused.first = self.intervals * group.finer
-            paused.last = LAST if count is None else paused.first + count * group.finer
+            paused.last = LAST_INTERVAL if count is None else paused.first + count * group.finer
             paused.stores = 0 if count is None else 1
             inputs = (*group.inputs, loads[group.finer])
             launch = Launch(group.plan, inputs, group.count, group.substeps, group.order, costs)
-            wp.synchronize_device(self.device)
             self.queue.launch([launch], [self.output, self._history, paused])
         # A GPU still reads the samples of the packet and the ends of the runs, and writes the states.
         wp.synchronize_device(self.device)
@@ -294,7 +293,7 @@ class PausedEnsemble:
         if finer > 1:
             coarse, rows = load.values, finer * (len(values) - 1) + 1
             load = self._held_load(finer, rows * self._components)
-            write_interpolated(coarse, finer, self._components, load.values, rows, stream)
+            write_interpolated(coarse, self.dtype, finer, self._components, load.values, rows, stream)
         load.first.fill_(-self.intervals * finer)
         load.intervals.fill_(motion * finer)
         return load

@@ -21,10 +21,12 @@ class ActuatorRules:
     Args:
         kind: FORCE, DAMPER or MAGNETORHEOLOGICAL.
         rows: Degrees of freedom on which the actuator acts, and the factor of its force on each of them.
+        order: Order of the differential equation by which the force follows the command: 0 (at once), 1 or 2.
     """
 
     kind: str
     rows: tuple[tuple[int, float], ...]
+    order: int = 0
 
 
 @dataclass(frozen=True)
@@ -63,3 +65,13 @@ class ControlRules:
     def is_magnetorheological(self) -> bool:
         """Whether an actuator is a magnetorheological damper, whose state the kernel integrates."""
         return any(each.kind == MAGNETORHEOLOGICAL for each in self.actuators)
+
+    @property
+    def is_lagging(self) -> bool:
+        """Whether the force of an actuator follows its command with a lag, which the kernel integrates."""
+        return any(each.order for each in self.actuators)
+
+    @property
+    def has_parameters(self) -> bool:
+        """Whether kernels read parameters of actuators."""
+        return self.is_magnetorheological or self.is_lagging

@@ -27,6 +27,7 @@ from warpdyn.engine.methods.table import METHODS
 
 WARP = 32  # threads of a GPU that run together and can exchange values
 LARGEST_LIMIT = 1e30  # used if there is no limit, because constants of kernels must be finite
+LAST_INTERVAL = 2**31 - 1  # an interval after the end of every run
 DTYPES = {"float32": wp.float32, "float64": wp.float64}
 
 
@@ -62,7 +63,8 @@ class Plan:
         records_late: Whether peaks are recorded only after a later time than the start of the run (`record_from`).
         oscillators: Number of oscillators on each floor (recorder "floor_spectra").
         oscillators_are_absolute: Whether their absolute accelerations are recorded, not their pseudo-accelerations.
-        pauses: Whether the kernel can pause between two intervals of the motion (see kernels/pausing).
+        pauses: Whether the kernel can pause between two intervals of the motion (see kernels/pausing). Its launches
+            have a struct Paused as an additional argument.
         pattern: The entries of the matrices of a lumped structure that are not 0; None for other families.
         control: Actuators, sensors and controller of a controlled structure; None without control.
     """
@@ -347,6 +349,15 @@ def output_struct(dtype_name: str, names: Iterable[str]) -> Any:
 def paused_struct(dtype_name: str) -> Any:
     """Return the Warp struct Paused: the interval at which a kernel begins, and its variables at this interval."""
     return _struct(f"Paused_{dtype_name}", FIELDS_OF_PAUSED, dtype_name)
+
+
+def whole_run(plan: Plan) -> list[Any]:
+    """Return the additional arguments of a launch that integrates without a pause: for a kernel that can pause, one."""
+    if not plan.pauses:
+        return []
+    paused = paused_struct(plan.dtype)()
+    paused.first, paused.last, paused.stores = 0, LAST_INTERVAL, 0
+    return [paused]
 
 
 def _struct(name: str, types: dict[str, str], dtype_name: str) -> type:

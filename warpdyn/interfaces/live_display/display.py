@@ -30,11 +30,12 @@ class LiveDisplay:
     The page shows the motion, the shares of the damage states over time, the peak storey drift ratios over height
     (median, 5 % and 95 % of the ensemble), and the hysteresis loop of one sample. `Live.push` never waits for it:
     another thread draws the newest answer, in at most 20 % of the time, and leaves out the answers between. Only
-    browsers of this computer can open the page, until the `with` block ends or `close` is called.
+    browsers of this computer that know the address `url`, which contains a random token, can open the page, until the
+    `with` block ends or `close` is called.
 
     Args:
         live: The live ensemble. Its scene records drifts. With `keep_samples=False`, its `quantiles` must contain 0.05,
-            0.5 and 0.95, and the page does not show the number of collapsed samples.
+            0.5 and 0.95.
         sample: Index of the sample whose hysteresis loop is shown; it is integrated once more. None: no loop.
         storey: Storey of the loop, counted from 1; in a LumpedStructure, name or number of a spring.
         port: Port of the page; 0: a free port, which the attribute `url` contains.

@@ -112,17 +112,21 @@ class Frames:
     def _drifts(self, answer: xr.Dataset) -> dict[str, object]:
         """Return quantiles of the peak drift ratios over height, and the limits of the damage states."""
         drifts: dict[str, object] = {}
-        if self.live.keep_samples:
+        known = self.live.quantiles.tolist()
+        if set(BAND) <= set(known):
+            places = [known.index(each) for each in BAND]
+            found = answer[f"{DRIFT}_quantile"].transpose("quantile", "storey").values[places]
+        else:
             ended = answer["status"].values < DIVERGED
             values = answer[DRIFT].transpose("sample", "storey").values
             values = values if ended.all() else values[ended]
             found = np.quantile(values, BAND, axis=0) if len(values) else np.full((len(BAND), values.shape[1]), np.nan)
-            drifts["failed"] = int(np.sum(~ended))
+        if self.live.keep_samples:
+            drifts["failed"] = int(np.sum(answer["status"].values >= DIVERGED))
             drifts["collapsed"] = int(np.sum(answer["status"].values == COLLAPSED))
         else:
-            places = [self.live.quantiles.tolist().index(each) for each in BAND]
-            found = answer[f"{DRIFT}_quantile"].transpose("quantile", "storey").values[places]
             drifts["failed"] = int(answer["failed_count"].sum())
+            drifts["collapsed"] = int(answer["collapsed_count"])
         drifts["quantiles"] = numbers(found)
         drifts["floors"] = numbers(np.concatenate([[0.0], np.cumsum(self.structure.nominal_values["height"])]))
         limits = self.live.limits

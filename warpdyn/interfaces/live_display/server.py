@@ -7,13 +7,18 @@ import threading
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 from socketserver import TCPServer
+from typing import Any
 from urllib.parse import parse_qs
 
 PAGE = Path(__file__).parent / "display.html"
 LOOPBACK = "127.0.0.1"
 HOSTS = (LOOPBACK, "localhost")  # another name in a request is that of a web site which a browser resolved to LOOPBACK
 LONGEST_WAIT = 1.0  # time that a request waits for a new frame [s]
-POLICY = "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; connect-src 'self'"
+POLICY = (
+    "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; connect-src 'self'; "
+    "frame-ancestors 'none'"
+)
+MOST_REQUESTS = 32  # requests at the same time, one thread each; a browser makes one or two
 
 
 class PageServer(ThreadingHTTPServer):
@@ -30,6 +35,9 @@ class PageServer(ThreadingHTTPServer):
 
     def __init__(self, port: int) -> None:
         self.identity = secrets.token_hex(4)  # a page that remained open recognises another display at its port
+        # Part of the address, so that other users of this computer, who do not know it, cannot read the page.
+        self.token = secrets.token_urlsafe(16)
+        self._free = threading.Semaphore(MOST_REQUESTS)
         self._frame, self._number, self._is_open = b"{}", 0, True
         self._changed = threading.Condition()
         try:
@@ -47,7 +55,21 @@ class PageServer(ThreadingHTTPServer):
     @property
     def url(self) -> str:
         """Address of the page."""
-        return f"http://{LOOPBACK}:{self.server_port}/"
+        return f"http://{LOOPBACK}:{self.server_port}/{self.token}/"
+
+    def process_request(self, request: Any, client_address: Any) -> None:
+        """Handle a request in a new thread; close its connection at once if MOST_REQUESTS are being handled."""
+        if self._free.acquire(blocking=False):
+            super().process_request(request, client_address)
+        else:
+            self.shutdown_request(request)
+
+    def process_request_thread(self, request: Any, client_address: Any) -> None:
+        """Handle a request in its thread."""
+        try:
+            super().process_request_thread(request, client_address)
+        finally:
+            self._free.release()
 
     def publish(self, frame: str) -> None:
         """Replace the frame, a JSON text."""
@@ -85,11 +107,14 @@ class _Request(BaseHTTPRequestHandler):
     def do_GET(self) -> None:
         """Answer a request."""
         path, _, query = self.path.partition("?")
+        folder, _, name_of_page = path.removeprefix("/").partition("/")
         if self.headers.get("Host", "").rsplit(":", 1)[0] not in HOSTS:
             self._send(403, "text/plain", b"only for browsers of this computer")
-        elif path == "/":
+        elif not secrets.compare_digest(folder.encode(), self.server.token.encode()):
+            self._send(404, "text/plain", b"not found: open the whole address that display.url contains")
+        elif name_of_page == "":
             self._send(200, "text/html; charset=utf-8", PAGE.read_bytes())
-        elif path == "/frame":
+        elif name_of_page == "frame":
             found = self.server.frame_after(parse_qs(query).get("after", [""])[0])
             name, frame = found or ("", b"")
             self._send(200 if found else 204, "application/json", frame, name)

@@ -141,19 +141,76 @@ class Actuator(_Attached):
         force_limit: Largest force [N]; commands beyond it are limited, and `limited_share` counts them.
         stroke_limit: Largest displacement between the ends [m]; a sample that exceeds it has the status
             control_failed.
+        time_constant: Time constant T [s] of a force f that follows the command c with a lag of first order, T f' = c -
+            f; None: without this lag.
+        frequency: Natural frequency [Hz] of a force that follows the command by an equation of second order,
+            f'' + 2 zeta w f' + w^2 f = w^2 c with w = 2 pi frequency; None: without this equation.
+        damping_ratio: Damping ratio zeta [1] of the equation of second order.
+
+    Without a lag, the force is the command. The limit applies to the command; the force of an actuator of second order
+    may exceed it for a short time. `wd.control.lqr` does not include the lag; `closed_loop_eigenvalues`,
+    `delay_margin` and `sampled_eigenvalues` include it.
 
     Raises:
-        ValueError: If a limit is not finite and positive.
+        ValueError: If a limit is not finite and positive, or the arguments of the lag do not fit each other.
         TypeError: If `place` is of another type.
 
     Example:
         >>> wd.control.Actuator(2, force_limit=1e5).influence(building)
         array([-1.,  1.])
+        >>> hydraulic = wd.control.Actuator(1, time_constant=0.02)  # s
+        >>> round(hydraulic.phase_lag(2 * 3.141593 * 1.0), 1)  # degrees at 1 Hz
+        7.2
     """
 
     force_limit: float | None = None
     stroke_limit: float | None = None
+    time_constant: float | None = None
+    frequency: float | None = None
+    damping_ratio: float | None = None
     kind = FORCE
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.time_constant is not None and (self.frequency is not None or self.damping_ratio is not None):
+            raise ValueError(
+                "an actuator has either time_constant= (a lag of first order) or frequency= and damping_ratio= (second "
+                "order): remove one of them"
+            )
+        if (self.frequency is None) != (self.damping_ratio is None):
+            missing = "damping_ratio=0.7" if self.damping_ratio is None else "frequency=10.0 [Hz]"
+            raise ValueError(
+                f"an actuator of second order needs frequency= [Hz] and damping_ratio= [1]: add, for example, {missing}"
+            )
+
+    def rules(self, structure: Structure) -> ActuatorRules:
+        """Return the kind, the place and the order of the lag of the actuator in a structure."""
+        return ActuatorRules(self.kind, rows_at(structure, self.place), len(self.lag))
+
+    @property
+    def lag(self) -> tuple[float, ...]:
+        """Rates of the equation of the force: (); (1 / T [1/s],); or (w^2 [1/s2], 2 zeta w [1/s])."""
+        if self.time_constant is not None:
+            return (1.0 / self.time_constant,)
+        if self.frequency is None or self.damping_ratio is None:
+            return ()
+        turn = 2 * np.pi * self.frequency
+        return turn**2, 2 * self.damping_ratio * turn
+
+    def phase_lag(self, rate: float) -> float:
+        """Return the angle [degrees] by which the force lags behind a command of this circular frequency [1/s]."""
+        if len(self.lag) == 1:
+            return float(np.degrees(np.arctan2(rate, self.lag[0])))
+        if len(self.lag) == 2:
+            return float(np.degrees(np.arctan2(self.lag[1] * rate, self.lag[0] - rate**2)))
+        return 0.0
+
+    def fastest_rate(self, mobility: float) -> float:
+        """Return the largest eigenvalue of the lag [1/s]."""
+        if len(self.lag) < 2:
+            return sum(self.lag)
+        stiffness, drag = self.lag
+        return float(np.abs(np.roots([1.0, drag, stiffness])).max())
 
     @property
     def command_limits(self) -> tuple[float, float]:

@@ -25,6 +25,7 @@ UNITS = {"displacement": "m", "velocity": "m/s", "acceleration": "m/s2", "force"
 COMMANDS = {FORCE: "a force [N]", DAMPER: "a coefficient [N s/m]", MAGNETORHEOLOGICAL: "a voltage [V]"}
 # Above this product of the slowest circular frequency and the sampling interval, the loop cannot follow the vibration.
 COARSE_SAMPLING = 0.5
+LARGEST_LAG = 45.0  # of the force of an actuator behind its command at the first period [degrees]; warned above
 
 
 @dataclass(frozen=True, eq=False)
@@ -188,6 +189,14 @@ class Control:
             if getattr(self, kind).get("acceleration", 0) > 0 and rules.sensors < len(OF_DOFS):
                 raise ValueError(f"{kind} of acceleration has no effect: neither regulator nor controller reads them")
         slowest = np.abs(np.linalg.eigvals(state_space(structure, ()).dynamics)).min()
+        for number, each in enumerate(self.actuators, 1):
+            if isinstance(each, Actuator) and (late := each.phase_lag(slowest)) > LARGEST_LAG:
+                name = "frequency= is in Hz" if each.frequency else "time_constant= is in seconds"
+                warn_caller(
+                    f"the force of actuator {number} lags behind its command by {late:.0f} degrees at the first period "
+                    f"of the structure, {2 * np.pi / slowest:.3g} s, so that the control may amplify the vibration: "
+                    f"{name}. Check wd.control.closed_loop_eigenvalues"
+                )
         if slowest * self.sampling_interval > COARSE_SAMPLING:
             warn_caller(
                 f"sampling_interval={self.sampling_interval:g} s is long for the first period of the structure, "
@@ -218,7 +227,7 @@ class Control:
 
     def packed(self, structure: Structure) -> dict[str, np.ndarray]:
         """Return the arrays that kernels read, by the fields of the struct Load."""
-        from warpdyn.engine.controllers.device_functions import NAMES
+        from warpdyn.engine.controllers.device_functions import NAMES, WIDTH
 
         rules = self.rules(structure)
         limits = np.array([each.command_limits for each in self.actuators])
@@ -241,14 +250,20 @@ class Control:
                 found[name if name == "estimate_gain" else f"estimate_{name}"] = whole.ravel()
         if self.controller is not None:
             found["controller_coefficients"] = np.append(self.controller.coefficients(), 0.0)
+        if rules.has_parameters:
+            rows = np.zeros((len(self.actuators), WIDTH))
+            for row, each in zip(rows, self.actuators, strict=True):
+                if isinstance(each, MRDamper):
+                    row[:] = [getattr(each, name) for name in NAMES]
+                elif isinstance(each, Actuator):
+                    row[: len(each.lag)] = each.lag
+            found["damper_parameters"] = rows.ravel()
         if rules.is_magnetorheological:
-            dampers = [each if each.kind == MAGNETORHEOLOGICAL else None for each in self.actuators]
-            found["damper_parameters"] = np.array([getattr(each, name, 0.0) for each in dampers for name in NAMES])
-            found["first_voltage"] = np.array([getattr(each, "first_voltage", 0.0) for each in dampers])
+            found["first_voltage"] = np.array([getattr(each, "first_voltage", 0.0) for each in self.actuators])
         return found
 
     def stable_step(self, structure: Structure) -> float:
-        """Return the longest step [s] that is stable for the dampers among the actuators; infinity without dampers."""
+        """Return the longest step [s] that is stable for dampers and lagging actuators; infinity without them."""
         mass = state_space(structure, ()).mass
         rate = 0.0
         for each in self.actuators:

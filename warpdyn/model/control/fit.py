@@ -35,13 +35,15 @@ def check_control(control: Any, structure: Structure, excitation: Excitation) ->
     check_kind("Scene", "a wd.control.Control", control, Control, argument="control")
     if structure.is_many:
         raise ValueError(
-            "a Portfolio cannot have a control, because its buildings have different numbers of storeys: give a scene "
-            "with one building and scatter"
+            "a Portfolio cannot have a control, because its buildings have different numbers of storeys: make a scene "
+            "for each archetype, wd.Scene(archetype.building, motions, archetype.scatter, control=...), with a control "
+            "for its number of storeys"
         )
     if len(excitation.event_names) > 1:
         raise ValueError(
-            "an EventSequence cannot have a control, because the state of the controller would be lost between the "
-            "events: run each event as a separate scene"
+            "an EventSequence cannot have a control, because the states of actuators and controller would be lost "
+            "between the events: join the motions of the events, with a quiet time between them, into one motion, such "
+            "as wd.GroundMotion(np.concatenate([first, np.zeros(3000), second]), step)"
         )
     control.check(structure, base_components=excitation.base_components)
     _warn_of_limited_commands(control)

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from warpdyn.model.control.actuators import Actuator
 from warpdyn.model.control.control import Control
 from warpdyn.model.control.regulators import Regulator, sampled_system
 from warpdyn.model.control.state_space import StateSpace, state_space
@@ -42,7 +43,9 @@ def closed_loop_eigenvalues(
         True
     """
     system = state_space(structure, actuators, parameters)
-    found = np.linalg.eigvals(system.dynamics - system.input @ _state_gain(system, regulator))
+    gain = _state_gain(system, regulator)
+    dynamics, driven, _ = _with_lags(system, actuators)
+    found = np.linalg.eigvals(dynamics - driven @ _widened(gain, len(dynamics)))
     return found[np.lexsort((found.imag, np.abs(found).round(9)))]
 
 
@@ -74,16 +77,21 @@ def delay_margin(
             f"a delay margin needs one actuator, got {system.input.shape[1]}: use sampled_eigenvalues with "
             "several delays"
         )
-    a, b, gain = system.dynamics, system.input, _state_gain(system, regulator)
+    gain = _state_gain(system, regulator)
+    a, b, of_lags = _with_lags(system, actuators)
+    gain = _widened(gain, len(a))
     if np.linalg.eigvals(a - b @ gain).real.max() >= 0:
         return 0.0
     if not gain.any():
         return np.inf
     # The gain is 1 where this Hamiltonian matrix has an eigenvalue on the imaginary axis. Velocities are scaled by a
     # frequency, and the forces by the size of the gain, so that the entries are of similar size.
-    dofs = len(a) // 2
-    scale = np.sqrt(np.abs(np.linalg.eigvals(a)).max())
+    dofs = len(system.mass)
+    scale = np.sqrt(np.abs(np.linalg.eigvals(system.dynamics)).max())
     units = np.concatenate([np.full(dofs, 1.0 / scale), np.full(dofs, scale)])
+    force = scale / np.linalg.norm(system.input / units[:, None])
+    if of_lags:  # units of the force and, of second order, of its rate
+        units = np.append(units, force * np.array([1.0, np.sqrt(of_lags[0].lag[0])])[: len(of_lags[0].lag)])
     a, b, gain = a * np.outer(1 / units, units), b / units[:, None], gain * units
     factor = np.sqrt(np.linalg.norm(gain) / np.linalg.norm(b))
     b, gain = b * factor, gain / factor
@@ -128,13 +136,15 @@ def sampled_eigenvalues(
             "class Actuator. For others, simulate the loop"
         )
     system = state_space(structure, control.actuators, parameters)
-    growth, driven = sampled_system(system, control.sampling_interval)
+    dynamics, input_, _ = _with_lags(system, control.actuators)
+    growth, driven = sampled_system(system._replace(dynamics=dynamics, input=input_), control.sampling_interval)
     states, forces = driven.shape
-    sensors = regulator.kinds(states // 2) * (states // 2)
-    rows, direct = np.eye(states), np.zeros((states, forces))
-    if sensors > states:  # accelerations are measured while the force of the last interval still acts
-        of_state, of_force = system.accelerations
-        rows, direct = np.vstack([rows, of_state]), np.vstack([direct, of_force])
+    of_structure = len(system.dynamics)
+    sensors = regulator.kinds(of_structure // 2) * (of_structure // 2)
+    rows, direct = np.eye(of_structure, states), np.zeros((of_structure, forces))
+    if sensors > of_structure:  # accelerations are measured while the force of the last interval still acts
+        dofs = slice(of_structure // 2, of_structure)
+        rows, direct = np.vstack([rows, dynamics[dofs]]), np.vstack([direct, input_[dofs]])
     observer, delay = regulator.states, control.delay_in_samples
     # State of the loop: structure, observer, the acting command of the last interval, and queued commands.
     size = states + observer + forces * (1 + delay)
@@ -170,6 +180,38 @@ def sampled_eigenvalues(
         loop[s] += regulator.input @ now
     found = np.linalg.eigvals(loop)
     return found[np.argsort(-np.abs(found))]
+
+
+def _with_lags(system: StateSpace, actuators: Sequence[Any]) -> tuple[np.ndarray, np.ndarray, list[Actuator]]:
+    """Return A and B with the forces of lagging actuators (and, of second order, their rates) as further states.
+
+    Args:
+        system: The structure, whose inputs are the forces.
+        actuators: The actuators.
+
+    Returns:
+        A, shape [state, state]; B, whose inputs are the commands, shape [state, actuator]; the lagging actuators.
+    """
+    lagging = [each for each in actuators if isinstance(each, Actuator) and each.lag]
+    first = len(system.dynamics)
+    size = first + sum(len(each.lag) for each in lagging)
+    dynamics, driven = np.zeros((size, size)), np.zeros((size, system.input.shape[1]))
+    dynamics[:first, :first], driven[:first] = system.dynamics, system.input
+    for place, each in enumerate(actuators):
+        if each not in lagging:
+            continue
+        dynamics[: len(system.dynamics), first], driven[:, place] = system.input[:, place], 0.0
+        last = first + len(each.lag) - 1
+        driven[last, place], dynamics[last, first] = each.lag[0], -each.lag[0]
+        if len(each.lag) == 2:
+            dynamics[first, last], dynamics[last, last] = 1.0, -each.lag[1]
+        first = last + 1
+    return dynamics, driven, lagging
+
+
+def _widened(gain: np.ndarray, states: int) -> np.ndarray:
+    """Return a gain of the states of the structure as a gain of all states, 0 for those of actuators."""
+    return np.pad(gain, ((0, 0), (0, states - gain.shape[1])))
 
 
 def _state_gain(system: StateSpace, regulator: Regulator) -> np.ndarray:

@@ -58,7 +58,10 @@ def from_seedlink(
 
 def _traces(server: str, network: str, station: str, channels: str, timeout: float) -> Iterator[Any]:
     """Yield the traces that obspy's client receives in another thread."""
-    from obspy.clients.seedlink.easyseedlink import EasySeedLinkClient
+    try:
+        from obspy.clients.seedlink.easyseedlink import EasySeedLinkClient
+    except ImportError as error:
+        raise ImportError('from_seedlink needs obspy, which is not installed: pip install "obspy>=1.4"') from error
 
     arrived: queue.Queue[Any] = queue.Queue()
     client = EasySeedLinkClient(server, autoconnect=False)

@@ -63,6 +63,11 @@ def from_socket(host: str, port: int, timeout: float = 60.0) -> Iterator[Packet]
         [12.0]
     """
     timeout = real_number("timeout [s]", timeout, above=0)
+    if not isinstance(host, str):
+        raise TypeError(
+            f"from_socket: host must be a name or an address as text, got {host!r}: give the host first, then the "
+            'port, such as from_socket("localhost", 5000)'
+        )
     port = whole_number("port", port, 1, 65535)
     with _connected(host, port, timeout) as connection, connection.makefile("rb") as file:
         while line := file.readline(LONGEST_LINE + 1):

@@ -49,7 +49,7 @@ def interpolated(load: Any, dtype: str, finer: int, components: int = 1) -> Any:
     rows = finer * (load.values.size // components - 1) + 1
     count = rows * components  # the kernel also fills values between two motions, which are never read
     result.values = wp.empty(count, dtype=DTYPES[dtype], device=device)
-    write_interpolated(load.values, finer, components, result.values, rows)
+    write_interpolated(load.values, dtype, finer, components, result.values, rows)
     for name in ("first", "intervals"):
         setattr(result, name, wp.array(getattr(load, name).numpy() * finer, dtype=wp.int32, device=device))
     wp.synchronize_device(device)
@@ -57,19 +57,26 @@ def interpolated(load: Any, dtype: str, finer: int, components: int = 1) -> Any:
 
 
 def write_interpolated(
-    values: wp.array, finer: int, components: int, result: wp.array, rows: int, stream: wp.Stream | None = None
+    values: wp.array,
+    dtype: str,
+    finer: int,
+    components: int,
+    result: wp.array,
+    rows: int,
+    stream: wp.Stream | None = None,
 ) -> None:
     """Queue the kernel that interpolates motions.
 
     Args:
         values: Values of the motions, shape [time and component].
+        dtype: Their number type, "float32" or "float64".
         finer: Number of new intervals per original interval.
         components: Number of components of each motion.
         result: Array whose first elements become the interpolated values.
         rows: Number of times of the result.
         stream: CUDA stream; None: the current stream of the device.
     """
-    device, dtype = str(values.device), "float32" if values.dtype is wp.float32 else "float64"
+    device = str(values.device)
     kernel = loaded(interpolation_kernel(dtype), device)
     inputs = [values, finer, components, result]
     wp.launch(kernel, dim=rows * components, inputs=inputs, device=device, stream=stream, block_dim=block_size(device))

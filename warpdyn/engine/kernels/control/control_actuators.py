@@ -1,4 +1,4 @@
-"""Actuators: forces on the degrees of freedom in each stage of a step, and the state of magnetorheological dampers.
+"""Actuators: forces on the degrees of freedom in each stage of a step, and the states of dampers and of lagging forces.
 
 A positive force pushes the upper end of an actuator (the degrees of freedom with positive factors) in the positive
 direction. Forces of dampers depend on the state of the stage; the command is constant during a step.
@@ -9,7 +9,8 @@ from warpdyn.engine.controllers.rules import DAMPER, MAGNETORHEOLOGICAL
 BORROWS = {"control_sampling": ("failure", "failure_time")}
 FIELDS = {
     "Load": {
-        "damper_parameters": "float[]",  # [actuator x parameter] of magnetorheological dampers
+        # [actuator x parameter] of magnetorheological dampers; of a lagging force, the two rates of its equation
+        "damper_parameters": "float[]",
         "first_voltage": "float[]",  # [actuator]
     }
 }
@@ -20,7 +21,7 @@ def wanted(plan):
 
 
 def values_held(plan):
-    each = 5 + (8 if plan.control.is_magnetorheological else 0)
+    each = 5 + (8 if plan.control.is_magnetorheological else 0) + (6 if plan.control.is_lagging else 0)
     return plan.dofs + each * len(plan.control.actuators)
 
 
@@ -30,11 +31,13 @@ def names(plan):
     rules = plan.control
     return {
         "HAS_LOOPS": rules.is_magnetorheological,
+        "HAS_LAGS": rules.is_lagging,
         "MOTIONS_OF_STATE": _motions(rules, "u", "v"),
         "MOTIONS_OF_STAGE": _motions(rules, "us", "vs"),
         "ACTUATOR_FORCES": _forces(rules),
         "FLOOR_FORCES": _floor_forces(rules),
         "FOLLOW_LOOPS": _loops(rules),
+        "FOLLOW_LAGS": _lags(rules),
         "damper_response": damper_response,
         "followed_loop": followed_loop,
     }
@@ -73,10 +76,52 @@ def _forces(rules):
             ]
         elif each.kind == DAMPER:
             lines.append(f"control_force[{a}, j] = dtype(-1.0) * command[{a}, j] * actuator_rate[{a}, j]")
+        elif each.order:
+            lines += _lagging(a, each.order)
         else:
             lines.append(f"control_force[{a}, j] = command[{a}, j]")
         lines.append(f"work_sum[{a}, j] += weight[stage] * control_force[{a}, j] * actuator_rate[{a}, j]")
     return _in_lanes(lines)
+
+
+def _lagging(a, order):
+    """Return statements for the force f of an actuator that follows the command c.
+
+    First order: f' = (c - f) / T. Second order: f'' = w^2 (c - f) - 2 zeta w f'. The parameters are 1 / T, or w^2 and
+    2 zeta w. f and f' are integrated by the stages of the method.
+    """
+    from warpdyn.engine.controllers.device_functions import WIDTH
+
+    pull = f"loads.damper_parameters[{a * WIDTH}] * (command[{a}, j] - delivered_of_stage[{a}, j])"
+    lines = [f"control_force[{a}, j] = delivered_of_stage[{a}, j]"]
+    if order == 1:
+        slope = pull
+    else:
+        slope = f"growth_of_stage[{a}, j]"
+        drag = f"loads.damper_parameters[{a * WIDTH + 1}] * growth_of_stage[{a}, j]"
+        lines.append(f"growth_rate = {pull} - {drag}")
+    lines.append(f"delivered_rate = {slope}")
+    names = {"delivered": "delivered_rate"} | ({"growth": "growth_rate"} if order == 2 else {})
+    for name, rate in names.items():
+        lines += [
+            f"{name}_sum[{a}, j] += weight[stage] * {rate}",
+            f"{name}_of_stage[{a}, j] = {name}[{a}, j] + h[j] * reach[stage] * {rate}",
+        ]
+    return lines
+
+
+def _lags(rules):
+    lines = []
+    for a, each in enumerate(rules.actuators):
+        for name in ("delivered", "growth")[: each.order]:
+            lines += [
+                f"{name}[{a}, j] += h[j] * {name}_sum[{a}, j]",
+                f"{name}_of_stage[{a}, j] = {name}[{a}, j]",
+                f"{name}_sum[{a}, j] = dtype(0.0)",
+            ]
+        if each.order:
+            lines.append(f"control_force[{a}, j] = delivered[{a}, j]")
+    return _in_lanes(lines) if lines else "pass"
 
 
 def _floor_forces(rules):
@@ -127,6 +172,13 @@ def declare():
         volts_of_stage = actuator_rows()
         inner_sum = actuator_rows()
         volts_sum = actuator_rows()
+    if HAS_LAGS:
+        delivered = actuator_rows()  # force that follows the command, and its rate of change
+        growth = actuator_rows()
+        delivered_of_stage = actuator_rows()
+        growth_of_stage = actuator_rows()
+        delivered_sum = actuator_rows()
+        growth_sum = actuator_rows()
 
 
 def start():
@@ -160,6 +212,8 @@ def end_step():
     MOTIONS_OF_STATE
     if HAS_LOOPS:
         FOLLOW_LOOPS
+    if HAS_LAGS:
+        FOLLOW_LAGS
     for q in range(ACTUATORS):
         for j in range(LANES):
             actuator_work[q, j] += h[j] * work_sum[q, j]

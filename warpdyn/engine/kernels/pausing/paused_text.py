@@ -46,6 +46,9 @@ SCRATCH = {
 }
 # Names in SCRATCH that a part reads in the first stage of a step, before it sets them: {part: names}. They are stored.
 KEPT = {"massless_rotations": "spring_force"}
+# Column of a thread in the arrays of the struct Paused, if a thread integrates whole samples, and if several threads
+# share a sample, so that `block` is the same in all of them.
+COLUMN, COLUMN_OF_SECTION = "block * LANES", "(first + wp.tid()) * LANES"
 HELD = "stands[0] == dtype(0.0)"  # condition under which a kernel with one sample per thread leaves its loop early
 
 
@@ -80,7 +83,9 @@ class Pausing(NamedTuple):
         return max(1, sum(each.rows for each in self.carried if each.array == array))
 
 
-def pausing(composed: Composed, parts: Collection[str], struct: Any, lanes: int, real: Any) -> Pausing:
+def pausing(
+    composed: Composed, parts: Collection[str], struct: Any, lanes: int, real: Any, sections: int = 1
+) -> Pausing:
     """Return the source of a kernel that can pause, from that of the kernel that runs to the end.
 
     Args:
@@ -89,6 +94,7 @@ def pausing(composed: Composed, parts: Collection[str], struct: Any, lanes: int,
         struct: Warp struct of the argument `paused`, with the fields FIELDS.
         lanes: Number of samples that a thread integrates at once.
         real: Number type of the kernel, wp.float32 or wp.float64.
+        sections: Number of threads that share a sample. Each of them stores its own variables.
 
     Raises:
         ValueError: If a variable that lives across the interval loop has an unknown type.
@@ -106,7 +112,8 @@ def pausing(composed: Composed, parts: Collection[str], struct: Any, lanes: int,
     head, tail = lines[: loop.lineno - 1], lines[loop.end_lineno :]
     inside = lines[loop.lineno - 1 : loop.end_lineno]
     head = [_with_argument(line) for line in head]
-    loads = ["    if paused.first > 0:", *_moved(carried, "{variable} = {stored}")] if carried else []
+    column = COLUMN if sections == 1 else COLUMN_OF_SECTION
+    loads = ["    if paused.first > 0:", *_moved(carried, "{variable} = {stored}", column)] if carried else []
     loads += [f"    {name} = {value}" for name, value in RESTARTED.items() if name in wanted]
     if isinstance(loop, ast.While):
         loads += ["    intervals = wp.min(intervals, paused.last)"]
@@ -116,7 +123,7 @@ def pausing(composed: Composed, parts: Collection[str], struct: Any, lanes: int,
         bounds = loop.iter
         until = ast.unparse(bounds.args[-1])
         inside[0] = f"    for interval in range(paused.first, wp.min(paused.last, {until})):"
-    stores = ["    if paused.stores > 0:", *_moved(carried, "{stored} = {variable}"), "        return"]
+    stores = ["    if paused.stores > 0:", *_moved(carried, "{stored} = {variable}", column), "        return"]
     new = "\n".join([*head, *loads, *inside, *stores, *tail]) + "\n"
     return Pausing(Composed(new, composed.names | {"Paused": struct}), carried)
 
@@ -196,11 +203,11 @@ def _carried_variables(variables: list[str], kinds: dict[str, Any], lanes: int, 
     return tuple(found)
 
 
-def _moved(carried: tuple[Carried, ...], statement: str) -> list[str]:
+def _moved(carried: tuple[Carried, ...], statement: str, first_column: str) -> list[str]:
     """Return the lines that copy variables from or to the arrays of the struct Paused, in loops over rows and lanes."""
     lines = []
     for (rows, by_lane, has_rows), each in groupby(sorted(carried, key=_loop_of), key=_loop_of):
-        margin, column = " " * 8, "block * LANES"
+        margin, column = " " * 8, first_column
         index = []
         if has_rows:
             lines.append(f"{margin}for i in range({rows}):")
