@@ -26,7 +26,7 @@ def names(plan):
     from warpdyn.engine.device.warp_exchange import number_at
     from warpdyn.engine.kernels.plan import DTYPES
 
-    dtype, line, law = DTYPES[plan.dtype], plan.pattern.line, spring_row(plan.law)
+    dtype, line, law = DTYPES[plan.dtype], plan.line_of_thread, spring_row(plan.law)
     hinges = [spring for spring in line.springs if spring >= 0]
     nonlinear = [spring for spring in hinges if spring not in line.linear]
     rows = [line.rows_of(spring) for spring in (*nonlinear, *line.linear)]
