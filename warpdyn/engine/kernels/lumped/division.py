@@ -39,7 +39,7 @@ def can_share_frame(plan: Plan) -> bool:
     if not set(plan.recorders) <= OF_FRAMES or plan.pauses or plan.resumes or plan.starts_displaced:
         return False
     storeys = frame_storeys(plan.pattern.line)
-    return storeys is not None and storeys.count <= WARP and not plan.has_drift_capacity
+    return storeys is not None and storeys.count <= WARP
 
 
 def sections_of_storeys(plan: Plan) -> int:
