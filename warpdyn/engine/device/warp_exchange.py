@@ -27,8 +27,15 @@ return sum;""")
 # The largest value of the threads that share the sample, from thread `first` on, for values that are not negative; the
 # same in each of them, and NaN if one value is NaN. The bits of such numbers are in the order of the numbers.
 _LARGEST = on_gpu("""
+#if __CUDA_ARCH__ >= 800
 unsigned int mask = (unsigned int)(((1ull << threads) - 1ull) << first);
-return __uint_as_float(__reduce_max_sync(mask, __float_as_uint(value)));""")
+return __uint_as_float(__reduce_max_sync(mask, __float_as_uint(value)));
+#else
+unsigned int largest = __float_as_uint(value);
+for (int section = 0; section < threads; section++)
+    largest = max(largest, __shfl_sync(0xffffffff, __float_as_uint(value), first + section));
+return __uint_as_float(largest);
+#endif""")
 _LARGEST_OF_DOUBLES = on_gpu("""
 long long largest = __double_as_longlong(value);
 for (int section = 0; section < threads; section++) {

@@ -172,15 +172,17 @@ def end_balance():
     if seeking > 0:
         for j in range(LANES):
             worst_turn = int(0)
-            for k in range(1, ROTATIONS):
-                if wp.abs(unbalanced[k, j]) > wp.abs(unbalanced[worst_turn, j]):
-                    worst_turn = k
+            worst_moment = dtype(0.0)
+            for k in range(ROTATIONS):
+                size = wp.abs(unbalanced[k, j])
+                worst_turn = wp.where(size > worst_moment, k, worst_turn)
+                worst_moment = larger(worst_moment, size)
             i = spring_of_turn(worst_turn)
             worst_spring = int(number_of_spring + 1)
             if THREADS > 1:
-                worst_moment = wp.abs(unbalanced[worst_turn, j])
                 is_worst = worst_moment >= over_frame(worst_moment, first_of_frame, THREADS)
-                worst_spring = int(over_frame(wp.where(is_worst, dtype(worst_spring), dtype(0.0)), first_of_frame, THREADS))
+                named = wp.where(is_worst, dtype(worst_spring), dtype(0.0))
+                worst_spring = int(over_frame(named, first_of_frame, THREADS))
             if pace[j] > 0 and unsolved[j] == 0:
                 unsolved[j] = worst_spring
 
