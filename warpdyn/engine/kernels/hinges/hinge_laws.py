@@ -171,7 +171,7 @@ def accept_hinges():
                         after = mapped_memory(deformation[i, j], memory, c)
                         for m in range(M):
                             z[i * M + m, j] = after[m]
-        else:
-            for j in range(LANES):
-                for m in range(M):
+        else:  # lanes in the inner loop, because a CPU would otherwise gather and scatter single values
+            for m in range(M):
+                for j in range(LANES):
                     z[i * M + m, j] = memory_then[i * M + m, j]
