@@ -20,7 +20,7 @@ import warpdyn as wd
 from warpdyn.campaigns.integration import model
 from warpdyn.campaigns.reductions import workers as reducing
 from warpdyn.campaigns.running import blocks
-from warpdyn.campaigns.running.regions import job
+from warpdyn.campaigns.running.regions import job, kept_queues
 from warpdyn.engine.kernels import arguments, build, kernel_cache, queues as devices
 
 pytestmark = pytest.mark.meant_as_given(
@@ -192,9 +192,10 @@ def pretended(request, monkeypatch):
     monkeypatch.setattr(job, "wp", shim)
     monkeypatch.setattr(reducing, "wp", shim)
     monkeypatch.setattr(reducing, "loaded", lambda kernel, device="cpu": kernel_cache.loaded(kernel))
+    monkeypatch.setattr(kept_queues, "_kept", {})
     monkeypatch.setattr(wp.array, "fill_", fill_)
     monkeypatch.setattr(devices, "load_kernel", lambda plan, device: build.load_kernel(plan, "cpu"))
-    for module in ("integration.settings", "running.blocks"):
+    for module in ("integration.settings", "running.blocks", "running.regions.kept_queues"):
         monkeypatch.setattr(f"warpdyn.campaigns.{module}.free_memory", lambda device: 2**34)
     return shim
 
@@ -397,3 +398,33 @@ def test_groups_of_a_portfolio_share_the_places_on_a_gpu(pretended, monkeypatch)
         assert_close(found, wd.simulate(scene, device="cpu", **settings))
         assert found.attrs["groups"] == 3
     assert len(opened) == 4  # once a run
+
+
+def test_a_run_uses_the_memory_of_the_last_run(pretended, monkeypatch):
+    scene, given = make_scene(), []
+    open_queues = devices.open_queues
+
+    def opened(names, cores, kept):
+        given.append(list(kept))
+        return open_queues(names, cores, kept)
+
+    monkeypatch.setattr(job, "open_queues", opened)
+    settings = {"device": "cuda", "dtype": "float64", "structures": 20}
+    first, second = (wd.simulate(scene, **settings) for _ in range(2))
+    assert [bool(kept) for kept in given] == [False, True]
+    assert given[1][0].held  # arrays
+    assert_same_bits(first, second)
+    wd.simulate(scene, **settings, memory=2**27)  # limited memory: neither takes queues nor leaves them
+    assert not given[2]
+    with monkeypatch.context() as patched:  # a run that fails leaves nothing
+        patched.setattr(devices.CudaQueue, "read_into", lambda *given: 1 / 0)
+        with pytest.raises(ZeroDivisionError):
+            wd.simulate(scene, **settings)
+    assert given[3]
+    wd.simulate(scene, **settings)
+    assert not given[4]
+    monkeypatch.setattr(kept_queues, "SHARE_OF_A_GPU", 0.0)  # more memory than is kept
+    wd.simulate(scene, **settings)
+    wd.simulate(scene, **settings)
+    assert given[5]
+    assert not given[6]

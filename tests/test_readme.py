@@ -51,7 +51,7 @@ PAGES = (
     "docs/how_to/reproduce.md",
 )
 # Run by hand, and named in the page of studies without a command: what the last four write is held by other tests.
-BY_HAND = {"clusters", "default_methods", "law_cycles", "law_methods", "validation", "verification"}
+BY_HAND = {"clusters", "default_methods", "gpu_scaling", "law_cycles", "law_methods", "validation", "verification"}
 
 
 @pytest.mark.fast

@@ -36,14 +36,20 @@ def read_arguments(
         counted: Name of the argument for the count, such as "structures".
         switches: Name of each argument without a value, such as "fast" -> its description.
     """
-    parser = argparse.ArgumentParser(description=description, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--out", type=Path, default=Path("results"), help="folder for the results [%(default)s]")
+    parser = parser_of(description)
     parser.add_argument("--device", help="cpu or cuda:0 [the first GPU, or the CPU]")
     parser.add_argument(f"--{counted}", type=int, default=count, help=f"{meaning} [%(default)s]")
     parser.add_argument("--seed", type=int, default=0, help="seed of every random draw [%(default)s]")
     for name, words in (switches or {}).items():
         parser.add_argument(f"--{name}", action="store_true", help=words)
     return parser.parse_args()
+
+
+def parser_of(description: str | None) -> argparse.ArgumentParser:
+    """Return a parser with the argument `out`; `description` is what `--help` prints."""
+    parser = argparse.ArgumentParser(description=description, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--out", type=Path, default=Path("results"), help="folder for the results [%(default)s]")
+    return parser
 
 
 def file_in(folder: Path, name: str) -> Path:

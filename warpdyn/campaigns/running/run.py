@@ -116,7 +116,10 @@ class Run:
                 attributes = {"scene": self.scene.to_json(), "title": self.scene.title, "seed": self.seed}
                 attributes |= {FINGERPRINT: self.digest} | common_attributes(rests, seconds)
                 rest = largest_estimate(rests).assign_attrs(attributes)
-            return sink.finish(parts, rest, self.portfolio)
+            result = sink.finish(parts, rest, self.portfolio)
+        if isinstance(self.workers, Here):
+            self.workers.host.keep_queues()
+        return result
 
     def take(self, sink: Sink, part: Part, place: int, report: Report) -> None:
         """Deliver the report of region number `place` of the group `part` to the sink; tests stop runs by it."""

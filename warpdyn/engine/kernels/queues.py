@@ -206,8 +206,8 @@ class CudaQueue:
         # histories of earlier blocks.
         self.urgent = wp.Stream(device, priority=-1)
         self.spans: list[tuple[float, float]] = []
-        # Key: purpose and dtype; samples that run again may have another dtype.
-        self._held: dict[tuple[str, str, Any], wp.array] = {}
+        # Arrays that are used again; key: purpose and dtype (samples that run again may have another dtype).
+        self.held: dict[tuple[str, str, Any], wp.array] = {}
         self._sent: dict[str, wp.Event] = {}  # struct -> event after which its arrays on the host may be overwritten
         self._kept_alive: list[object] = []
         self._timed: list[tuple[wp.Event, wp.Event]] = []
@@ -224,9 +224,9 @@ class CudaQueue:
 
     def memory(self, kind: str, name: str, shape: tuple[int, ...], dtype: Any) -> wp.array:
         """Return a GPU array for the present block of samples; its memory is used again for the next block."""
-        before = self._held.get((kind, name, dtype))
+        before = self.held.get((kind, name, dtype))
         array = self._array((kind, name), shape, dtype)
-        if self._held[kind, name, dtype] is not before:  # it was allocated in the order of the stream
+        if self.held[kind, name, dtype] is not before:  # it was allocated in the order of the stream
             self.urgent.wait_event(self.stream.record_event())
         return array
 
@@ -378,20 +378,23 @@ class CudaQueue:
     def _array(self, place: tuple[str, str], shape: tuple[int, ...], dtype: Any, pinned: bool = False) -> wp.array:
         """Return an array in the memory that is kept for the purpose `place`; memory that is too small is replaced."""
         size = int(np.prod(shape))
-        held = self._held.get((*place, dtype))
+        held = self.held.get((*place, dtype))
         if held is None or held.size < size:
             with wp.ScopedStream(self.stream):
                 held = wp.empty(size, dtype=dtype, device="cpu" if pinned else self.device, pinned=pinned)
-            self._held[*place, dtype] = held
+            self.held[*place, dtype] = held
         return held[:size].reshape(shape)
 
 
 Queue = CpuQueue | CudaQueue
 
 
-def open_queues(devices: Sequence[str], threads: int) -> list[Queue]:
-    """Return the queues: one per device and per block of samples that may run there at once, in the order of use."""
+def open_queues(devices: Sequence[str], threads: int, kept: Sequence[CudaQueue] = ()) -> list[Queue]:
+    """Return one queue per device and block of samples that may run there at once, or those kept by an earlier run."""
     if devices[0] == "cpu":
         return [CpuQueue(threads) for _ in devices]
     origins = {device: wp.get_stream(device).record_event(wp.Event(device, enable_timing=True)) for device in devices}
-    return [CudaQueue(device, origins[device]) for _ in range(BLOCKS_ON_A_GPU) for device in devices]
+    for queue in kept:
+        queue.begin()
+        queue.origin = origins[queue.device]  # times since a distant origin are inaccurate
+    return list(kept) or [CudaQueue(device, origins[device]) for _ in range(BLOCKS_ON_A_GPU) for device in devices]

@@ -38,6 +38,7 @@ from warpdyn.campaigns.running.labels import attributes_of_run, labelled
 from warpdyn.campaigns.running.outputs import Outputs
 from warpdyn.campaigns.running.regions.checkpoint import DECIDING, versions
 from warpdyn.campaigns.running.regions.deferred import deferred_names
+from warpdyn.campaigns.running.regions.kept_queues import keep_queues, taken_queues
 from warpdyn.campaigns.running.tables import blank_rows, columns_kept
 from warpdyn.engine.device.processor import has_wide_registers
 from warpdyn.engine.kernels.build import history_plan
@@ -233,8 +234,16 @@ class Host:
         key = tuple(execution.devices), execution.cores, prepared.job.key if execution.memory is not None else ""
         if key not in self._queues:
             self._queues.clear()  # frees the memory of the previous queues
-            self._queues[key] = open_queues(execution.devices, execution.cores)
+            kept = taken_queues(execution.devices) if execution.memory is None else []
+            self._queues[key] = open_queues(execution.devices, execution.cores, kept)
         return self._queues[key]
+
+    def keep_queues(self) -> None:
+        """Keep the queues for the next run of this process, after a run without an error."""
+        for (_, _, job_key), queues in self._queues.items():
+            if not job_key:
+                keep_queues(queues)
+        self._queues.clear()
 
     def reduction(self, asked: Asked, threads: int) -> Reduction:
         """Return the statistics that a run requests; the first call creates them and removes earlier statistics."""
