@@ -59,9 +59,7 @@ def scene():
         "yield_force": wd.RandomFactor(wd.Lognormal(1.0, 0.2), per="spring"),
         "second_moment": wd.RandomFactor(wd.Lognormal(1.0, 0.2), per="member"),
     }
-    return wd.Scene(
-        grid_frame(), wd.Cloud(motions), scatter, recorders=("output", "spring", "acceleration"), tail=0.0
-    )
+    return wd.Scene(grid_frame(), wd.Cloud(motions), scatter, recorders=("output", "spring", "acceleration"), tail=0.0)
 
 
 def test_kernel_of_storeys_equals_the_kernel_of_any_frame(scene, monkeypatch):

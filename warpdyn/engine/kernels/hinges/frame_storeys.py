@@ -1,10 +1,11 @@
-"""Frames of equal storeys: column lines, and beams between them, so that a storey of a frame is the work of a thread."""
+"""Frames of equal storeys: column lines and beams between them, so that a storey is the work of a thread."""
 
 from __future__ import annotations
 
 import functools
 from collections.abc import Iterable
 from dataclasses import dataclass
+from itertools import pairwise
 
 from warpdyn.engine.kernels.hinges.layout import VALUES_OF_MEMBER, JointFrame, starts_of
 
@@ -103,7 +104,7 @@ class FrameStoreys:
 
 @functools.cache
 def frame_storeys(line: JointFrame) -> FrameStoreys | None:
-    """Return the storeys of a frame; None if its joints are not a grid, or an end of a member has no nonlinear hinge."""
+    """Return the storeys of a frame; None if its joints are not a grid or a member has an end without a law."""
     if any(line.chords) or line.between_rows or line.with_storeys or line.between_storeys or line.linear:
         return None
     if min(line.springs, default=-1) < 0 or line.storeys < 2 or line.free % line.storeys:
@@ -153,7 +154,7 @@ def _grid(
         if order is None:
             return None
         of_beams = []
-        for left, right in zip(order[:-1], order[1:], strict=True):
+        for left, right in pairwise(order):
             beam = beams.get(frozenset((left, right)))
             if beam is None:
                 return None

@@ -23,7 +23,7 @@ BORROWS = {
         "energy_slope",
         "has_begun",
         "factorises",
-    )
+    ),
 }
 
 MOST_TURN = 0.02  # rad

@@ -93,7 +93,9 @@ def factorise_line():
                 determinant = start_stiffness * end_stiffness - mixed_stiffness * mixed_stiffness
                 start_sum = start_slope_used * end_stiffness + determinant
                 end_sum = end_slope_used * start_stiffness + determinant
-                inverse = dtype(1.0) / (start_slope_used * end_slope_used + start_sum + end_slope_used * start_stiffness)
+                inverse = dtype(1.0) / (
+                    start_slope_used * end_slope_used + start_sum + end_slope_used * start_stiffness
+                )
                 flexibility[3 * member, j] = (end_slope_used + end_stiffness) * inverse
                 flexibility[3 * member + 1, j] = -mixed_stiffness * inverse
                 flexibility[3 * member + 2, j] = (start_slope_used + start_stiffness) * inverse
