@@ -1,10 +1,10 @@
 """The linear system of a frame whose joints are a grid of floors and column lines, solved by line relaxation.
 
 The hinges of a member are eliminated in closed form, as in `joint_system.py`. The joints of a floor are solved exactly
-(a tridiagonal system), even and odd floors in turn. A column couples neighbouring floors by less than half of its own
-stiffness, so each sweep divides the error by 10 to 20. Sweeps start from the correction of the last step, and continue
-until the last one changes no moment by more than the tolerance. The balance of all moments is checked afterwards, as
-for an exact solution.
+(a tridiagonal system), even and odd floors alternately. A column couples neighbouring floors by less than half of the
+stiffness at its ends, so each sweep divides the error by 10 to 20. Sweeps start from the correction of the last step,
+and continue until the last one changes no moment by more than the tolerance. The balance of all moments is checked
+afterwards, as for an exact solution.
 """
 
 from warpdyn.engine.device.processor import across_warp
