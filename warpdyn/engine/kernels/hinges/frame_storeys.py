@@ -70,7 +70,7 @@ class FrameStoreys:
         return found + [first("stiffness") + spring - self.count for spring in hinges]
 
     def of_thread(self, threads: int) -> JointFrame:
-        """Return the layout of the storeys of one thread, with the indices of joints, members and springs in this thread."""
+        """Return the layout of the storeys of one thread, with the indices of its joints, members and springs."""
         floors, lines, members = self.count // threads, self.lines, 2 * self.lines - 1
         support = floors * lines + 2 * floors * members
         ends: list[int] = []
