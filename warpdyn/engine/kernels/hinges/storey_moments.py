@@ -2,7 +2,7 @@
 
 On a GPU each thread of a warp computes the columns of one storey and the beams above them, with all their values in
 registers; all threads integrate all floors. The threads exchange the rotations of the joints below, and moments at the
-lower ends of the columns above (`lumped/shared_warp.py`). The top storey gets the values of an idle thread, which has
+lower ends of the columns above (`shared_warp.py`). The top storey gets the values of an idle thread, which has
 no members. On a CPU a thread computes all storeys.
 
 Unknowns and balance are those of `joint_frame.py`; `storey_relaxation.py` contains the linear system.

@@ -1,10 +1,13 @@
 """Lumped structures of equal storeys: loops over the storeys compute deformations, forces and accelerations.
 
 On a CPU a thread computes all storeys. On a GPU several threads share a sample, and each computes some of the storeys
-(see `shared_warp.py`). A stage of the method needs two exchanges between threads: the state of the floor below the
-section, and the forces of the storey above it.
+(a section). As many samples as possible share the 32 threads of a warp: with five sections, for example, six samples.
+The other threads of the warp are idle: their state is always 0, as that of the ground below the first storey and of the
+missing storey above the last one. A stage of the method needs two exchanges between threads: the state of the floor
+below the section, and the forces of the storey above it.
 """
 
+from warpdyn.engine.device.processor import across_warp
 from warpdyn.engine.kernels.lumped.pattern import UNIT
 from warpdyn.engine.kernels.lumped.storeys import statements, transposed
 
@@ -18,15 +21,23 @@ def wanted(plan):
 def names(plan):
     import warp as wp
 
-    from warpdyn.engine.device.warp_exchange import number_at
-    from warpdyn.engine.kernels.plan import DTYPES, state_of_stage
+    from warpdyn.engine.device.warp_exchange import EXCHANGES, number_at
+    from warpdyn.engine.kernels.plan import DTYPES, WARP, state_of_stage
 
     dtype, storeys, threads = DTYPES[plan.dtype], plan.storeys, plan.sections
     of_thread, width, springs = storeys.count // threads, storeys.width, len(storeys.springs[0])
     common, own = len(storeys.common), len(storeys.own)
     dashpots = plan.pattern.has_dashpots
+    neighbour, neighbour_or_zero, together = EXCHANGES[plan.dtype]
     texts = _texts(storeys, plan.pattern.components, *state_of_stage(plan))
     return {
+        "THREADS": threads,
+        "THREADS_OF_WARP": WARP,
+        "LAST_THREAD": WARP - 1,  # idle if a warp is not filled by whole samples
+        "AFTER_LAST_SAMPLE": 2**30 - 1,
+        "SAMPLES_OF_WARP": WARP // threads,
+        "HAS_IDLE_THREADS": threads > 1 and WARP % threads > 0,
+        "FLOORS": of_thread,
         "WIDTH": width,
         "SPRINGS_OF_STOREY": springs,
         "COMMON": common,
@@ -39,6 +50,8 @@ def names(plan):
         "IS_SHAKEN": True,
         "HAS_UNMOVED": False,
         "ALL_RELATIVE": all(storeys.relative),
+        "from_thread": neighbour if WARP % threads else neighbour_or_zero,
+        "over_sections": together,
         "dof_number": number_at([dof for row in storeys.dofs for dof in row]),
         "spring_number": number_at([spring for row in storeys.springs for spring in row]),
         "code_of_value": number_at([*storeys.common, *(row[at] for at in range(storeys.count) for row in storeys.own)]),
@@ -123,6 +136,37 @@ def _texts(storeys, components, displacement, velocity):
     }
 
 
+def place():
+    section = int(0)
+    lowest = int(0)
+    if THREADS > 1:
+        slot("share_warp")
+
+
+def share_warp():
+    thread = block % THREADS_OF_WARP
+    block = (block // THREADS_OF_WARP) * SAMPLES_OF_WARP + thread // THREADS
+    section = thread % THREADS
+    lowest = section * FLOORS
+    thread_below = thread - 1
+    thread_above = thread + 1
+    first_thread = thread - section
+    if HAS_IDLE_THREADS:
+        if section == 0:
+            thread_below = int(LAST_THREAD)
+        if section == THREADS - 1:
+            thread_above = int(LAST_THREAD)
+        if thread >= SAMPLES_OF_WARP * THREADS:
+            thread_below = int(LAST_THREAD)
+            thread_above = int(LAST_THREAD)
+            block = int(AFTER_LAST_SAMPLE)
+    else:
+        if section == 0:
+            thread_below = int(-1)
+        if section == THREADS - 1:
+            thread_above = int(-1)
+
+
 def declare():
     lower_u = floor_rows()  # displacement and velocity of the floor below the present storey
     lower_v = floor_rows()
@@ -132,6 +176,12 @@ def declare():
     footing = matrix()  # on the floor below it, in the opposite direction
     upper_footing = floor_rows()
     net_force = floor_rows()
+
+
+def read_lane():
+    if HAS_IDLE_THREADS:
+        if thread >= SAMPLES_OF_WARP * THREADS:  # nothing accelerates an idle thread
+            scale[j] = dtype(0.0)
 
 
 def read_sample():
@@ -153,6 +203,11 @@ def read_sample():
         if thread >= SAMPLES_OF_WARP * THREADS:
             for q in range(TERMS):
                 terms[q, j] = dtype(0.0)
+
+
+def start():
+    if THREADS > 1:
+        intervals = across_warp(intervals)  # the threads of a warp exchange values at every stage
 
 
 def gather_springs():
@@ -264,3 +319,8 @@ def accelerate_floor():
         upper_footing[k, j] = footing[floor * WIDTH + k, j]
     FLOOR_ACCELERATIONS
     FLOOR_BASE_ACCELERATIONS
+
+
+def after_finish():
+    if THREADS > 1:
+        total = over_sections(total, first_thread, THREADS)

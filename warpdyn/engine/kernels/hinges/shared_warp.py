@@ -1,4 +1,4 @@
-"""GPU threads that share a lumped structure: each computes some of the storeys (a section).
+"""GPU threads that share a frame with hinges: each computes the members of a storey (see `lumped/by_storey.py`).
 
 As many samples as possible share the 32 threads of a warp: with five sections, for example, six samples. The other
 threads of the warp are idle: their state is always 0, as that of the ground below the first storey and of the missing
@@ -11,7 +11,7 @@ order = -20
 
 
 def wanted(plan):
-    return plan.by_storey and plan.pattern is not None
+    return plan.frame_storeys is not None
 
 
 def names(plan):
@@ -19,7 +19,6 @@ def names(plan):
     from warpdyn.engine.kernels.plan import WARP
 
     threads = plan.sections
-    count = plan.dofs if plan.storeys is None else plan.storeys.count
     neighbour, neighbour_or_zero, together = EXCHANGES[plan.dtype]
     return {
         "THREADS": threads,
@@ -28,7 +27,7 @@ def names(plan):
         "AFTER_LAST_SAMPLE": 2**30 - 1,
         "SAMPLES_OF_WARP": WARP // threads,
         "HAS_IDLE_THREADS": threads > 1 and WARP % threads > 0,
-        "FLOORS": count // threads,
+        "FLOORS": plan.dofs // threads,
         "from_thread": neighbour if WARP % threads else neighbour_or_zero,
         "over_sections": together,
     }
