@@ -24,6 +24,26 @@ for (int section = 1; section < threads; section++)
     sum += __shfl_sync(0xffffffff, value, first + section);
 return sum;""")
 
+# The largest value of the threads that share the sample, from thread `first` on, for values that are not negative; the
+# same in each of them, and NaN if one value is NaN. The bits of such numbers are in the order of the numbers.
+_LARGEST = on_gpu("""
+#if __CUDA_ARCH__ >= 800
+unsigned int mask = (unsigned int)(((1ull << threads) - 1ull) << first);
+return __uint_as_float(__reduce_max_sync(mask, __float_as_uint(value)));
+#else
+unsigned int largest = __float_as_uint(value);
+for (int section = 0; section < threads; section++)
+    largest = max(largest, __shfl_sync(0xffffffff, __float_as_uint(value), first + section));
+return __uint_as_float(largest);
+#endif""")
+_LARGEST_OF_DOUBLES = on_gpu("""
+long long largest = __double_as_longlong(value);
+for (int section = 0; section < threads; section++) {
+    long long other = __shfl_sync(0xffffffff, __double_as_longlong(value), first + section);
+    largest = other > largest ? other : largest;
+}
+return __longlong_as_double(largest);""")
+
 
 @wp.func_native(_FROM)
 def from_thread_float32(value: wp.float32, thread: wp.int32) -> wp.float32: ...
@@ -48,6 +68,16 @@ def from_thread_or_zero_float64(value: wp.float64, thread: wp.int32) -> wp.float
 @wp.func_native(_TOGETHER)
 def over_sections_float64(value: wp.float64, first: wp.int32, threads: wp.int32) -> wp.float64: ...
 
+
+@wp.func_native(_LARGEST)
+def over_frame_float32(value: wp.float32, first: wp.int32, threads: wp.int32) -> wp.float32: ...
+
+
+@wp.func_native(_LARGEST_OF_DOUBLES)
+def over_frame_float64(value: wp.float64, first: wp.int32, threads: wp.int32) -> wp.float64: ...
+
+
+LARGEST = {"float32": over_frame_float32, "float64": over_frame_float64}
 
 # dtype -> the value of another thread; the same, or 0 for a negative number; the sum over the threads of a sample.
 EXCHANGES = {

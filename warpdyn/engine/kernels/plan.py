@@ -14,8 +14,9 @@ import warp as wp
 from warpdyn.engine.controllers.rules import ControlRules
 from warpdyn.engine.device.processor import FEWEST_LANES, module_options
 from warpdyn.engine.kernels.composing.user_recorders import Recorder, users_of_variables
+from warpdyn.engine.kernels.hinges.frame_storeys import FrameStoreys, frame_storeys
 from warpdyn.engine.kernels.hinges.layout import JointFrame
-from warpdyn.engine.kernels.lumped.pattern import Pattern
+from warpdyn.engine.kernels.lumped.pattern import ColumnLine, Pattern
 from warpdyn.engine.kernels.lumped.storeys import Storeys, storeys_of
 from warpdyn.engine.kernels.pausing.paused_text import FIELDS as FIELDS_OF_PAUSED
 from warpdyn.engine.kernels.registry import fields, parts_in
@@ -57,7 +58,8 @@ class Plan:
         has_drift_capacity: Whether storeys have individual drift capacities in addition to the building's limit of the
             drift ratio.
         resumes: Whether each structure starts from its final state in the last event.
-        by_storey: Whether the kernel of a lumped structure loops over equal storeys (see lumped/by_storey.py).
+        by_storey: Whether the kernel of a lumped structure loops over equal storeys (see lumped/by_storey.py and, for
+            frames with hinges, hinges/storey_moments.py).
         undivided: Whether the motions contain one value for each integration step (see `Model.launched`).
         starts_displaced: Whether yielding storeys start at an initial drift, to which they are pushed slowly from rest.
         records_late: Whether peaks are recorded only after a later time than the start of the run (`record_from`).
@@ -102,18 +104,35 @@ class Plan:
 
     @property
     def storeys_of_thread(self) -> int:
-        """Number of storeys per thread; the last threads of a chain may have extra storeys without mass (padding)."""
-        return -(-self.dofs // self.sections)
+        """Number of storeys per thread; the last threads of a chain may have extra storeys without mass (padding).
+
+        All threads that share a frame with hinges integrate all floors; they divide the members.
+        """
+        return self.dofs if self.frame_storeys is not None else -(-self.dofs // self.sections)
 
     @property
     def springs_of_thread(self) -> int:
         """Number of springs per thread without biaxial ones: of a chain, one in each storey."""
+        if self.frame_storeys is not None:
+            return self.dofs + self.frame_storeys.of_thread(self.sections).hinges
         return self.storeys_of_thread if self.pattern is None else self.pattern.single_springs // self.sections
 
     @property
     def storeys(self) -> Storeys | None:
         """The storeys of a lumped structure whose kernel loops over equal storeys; otherwise None."""
         return storeys_of(self.pattern) if self.by_storey and self.pattern is not None else None
+
+    @property
+    def frame_storeys(self) -> FrameStoreys | None:
+        """The storeys of a frame with hinges whose kernel loops over storeys of members; otherwise None."""
+        line = None if self.pattern is None or not self.by_storey else self.pattern.line
+        return frame_storeys(line) if isinstance(line, JointFrame) else None
+
+    @property
+    def line_of_thread(self) -> ColumnLine | JointFrame | None:
+        """The layout of the hinges of a frame, or of those that a thread computes."""
+        storeys = self.frame_storeys
+        return storeys.of_thread(self.sections) if storeys else self.pattern.line if self.pattern else None
 
     def threads_of(self, samples: int) -> int:
         """Return the number of threads for a number of samples."""

@@ -66,6 +66,10 @@ OF_COLUMN_LINE: dict[str, tuple[str, ...]] = {
     "judge_balance": ("kernel", "Decide whether the search for rotations continues.", "solution", "seeking"),
     "judge_lanes": ("kernel", "Decide for each lane how its search continues.", "solution", "seeking"),
     "end_balance": ("kernel", "After the search for rotations.", "seeking", "i deformation"),
+    "pass_down": ("kernel", "Get what the columns of the storey above pass on to the joints of a thread."),
+    "find_joints_below": ("kernel", "Find the rotations of the joints below each storey of a thread."),
+    "exchange_corrections": ("kernel", "Get the corrections of the joints below and above the storeys of a thread."),
+    "relax_joints": ("kernel", "Solve the linear system of the joints by line relaxation."),
 }
 
 OF_LUMPED = {

@@ -26,7 +26,7 @@ def names(plan):
     from warpdyn.engine.device.warp_exchange import number_at
     from warpdyn.engine.kernels.plan import DTYPES
 
-    dtype, line, law = DTYPES[plan.dtype], plan.pattern.line, spring_row(plan.law)
+    dtype, line, law = DTYPES[plan.dtype], plan.line_of_thread, spring_row(plan.law)
     hinges = [spring for spring in line.springs if spring >= 0]
     nonlinear = [spring for spring in hinges if spring not in line.linear]
     rows = [line.rows_of(spring) for spring in (*nonlinear, *line.linear)]
@@ -41,6 +41,8 @@ def names(plan):
         "LINEAR_HINGES": len(line.linear),
         "FIRST_STIFFNESS": plan.pattern.first_of_line + line.values - line.hinges - plan.dofs,
         "HAS_BRANCHES": has_branches,
+        # Registers of a GPU's thread are too few for the memory before and after a step.
+        "MAPS_AGAIN": plan.frame_storeys is not None,
         "HINGES_FAIL": "spring" in plan.recorders and "ibarra_medina_krawinkler" in str(plan.law),
         "CHANGED": law.values_on_line or law.memory,
         "least_slope": wp.constant(dtype(LEAST_SLOPE)),
@@ -90,8 +92,9 @@ def follow_hinges():
                 after = mapped_memory(rotation, memory, c) if IS_MAPPING else memory
                 spring_force[i, j] = followed_of(rotation, after, c)
                 slope_now = tangent_of(rotation, dtype(0.0), memory, after, c)
-                for m in range(M):
-                    memory_then[i * M + m, j] = after[m]
+                if not MAPS_AGAIN:
+                    for m in range(M):
+                        memory_then[i * M + m, j] = after[m]
             least = least_slope * first_slope[i, j]
             slope_now = wp.where(wp.abs(slope_now) < least, least, slope_now)
             changed_branch[j] = larger(changed_branch[j], wp.abs(slope_now - hinge_slope[i, j]))
@@ -171,7 +174,14 @@ def accept_hinges():
                         after = mapped_memory(deformation[i, j], memory, c)
                         for m in range(M):
                             z[i * M + m, j] = after[m]
-        else:
+        elif MAPS_AGAIN:
             for j in range(LANES):
+                slot("storey_coefficients")
+                slot("accepted_memory")
+                after = mapped_memory(deformation[i, j], memory, c) if IS_MAPPING else memory
                 for m in range(M):
+                    z[i * M + m, j] = after[m]
+        else:  # lanes in the inner loop, because a CPU would otherwise gather and scatter single values
+            for m in range(M):
+                for j in range(LANES):
                     z[i * M + m, j] = memory_then[i * M + m, j]

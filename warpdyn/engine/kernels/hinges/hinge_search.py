@@ -7,9 +7,12 @@ stiffness of all hinges, over-relaxed, which is the fixed-point iteration on pla
 solution has the status not_converged.
 """
 
+from warpdyn.engine.device.processor import across_warp
+
 order = 5
 
 BORROWS = {
+    "storey_moments": ("first_of_frame",),
     "massless_rotations": (
         "turn",
         "push",
@@ -20,7 +23,7 @@ BORROWS = {
         "energy_slope",
         "has_begun",
         "factorises",
-    )
+    ),
 }
 
 MOST_TURN = 0.02  # rad
@@ -45,7 +48,7 @@ def names(plan):
     from warpdyn.engine.device.warp_exchange import number_at
     from warpdyn.engine.kernels.plan import DTYPES
 
-    dtype, line = DTYPES[plan.dtype], plan.pattern.line
+    dtype, line = DTYPES[plan.dtype], plan.line_of_thread
     return {
         "most_turn": wp.constant(dtype(MOST_TURN)),
         "over_relaxation": wp.constant(dtype(OVER_RELAXATION)),
@@ -60,6 +63,7 @@ def declare():
     turn_change = turn_rows()  # direction of the last correction
     pace = indices()  # of a lane's search: 0 finished, 1 Newton's method, 2 shortens the last correction, 3 fallback
     start_slope = row()  # unbalanced moments times the last correction: at its start, at the present point,
+    slope_at_start = row()  # of all threads that share the sample
     present_slope = row()
     slope_near = row()  # and at the two points around the minimum
     slope_far = row()
@@ -114,8 +118,12 @@ def judge_balance():
     seeking = int(0)
     for j in range(LANES):
         seeking += wp.where(worst_balance[j] <= balance * largest_moment[j], 0, 1)
+    if THREADS > 1:  # the threads of a warp exchange values in each solution
+        seeking = across_warp(seeking)
     if seeking > 0:
         slot("judge_lanes")
+        if THREADS > 1:
+            seeking = across_warp(seeking)
 
 
 def judge_lanes():
@@ -129,21 +137,26 @@ def judge_lanes():
     for k in range(ROTATIONS):
         for j in range(LANES):
             present_slope[j] += unbalanced[k, j] * turn_change[k, j]
+    for j in range(LANES):
+        slope_at_start[j] = start_slope[j]
+        if THREADS > 1:
+            slope_at_start[j] = over_sections(start_slope[j], first_of_frame, THREADS)
+            present_slope[j] = over_sections(present_slope[j], first_of_frame, THREADS)
     seeking = int(0)
     falling = int(0)
     for j in range(LANES):
         falling += wp.where(pace[j] > 2, 1, 0)
         is_done = worst_balance[j] <= balance * largest_moment[j] or not (worst_balance[j] <= most_moment)
-        rises = start_slope[j] * present_slope[j] < dtype(0.0)
-        is_beyond = rises and wp.abs(present_slope[j]) > dtype(0.5) * wp.abs(start_slope[j])
+        rises = slope_at_start[j] * present_slope[j] < dtype(0.0)
+        is_beyond = rises and wp.abs(present_slope[j]) > dtype(0.5) * wp.abs(slope_at_start[j])
         begins = pace[j] == 1 and has_begun > 0 and is_beyond
-        is_near_minimum = wp.abs(present_slope[j]) <= dtype(0.2) * wp.abs(start_slope[j])
+        is_near_minimum = wp.abs(present_slope[j]) <= dtype(0.2) * wp.abs(slope_at_start[j])
         ends = pace[j] == 2 and is_near_minimum
         goes_on = pace[j] == 2 and not is_near_minimum
-        moves_near = goes_on and start_slope[j] * present_slope[j] > dtype(0.0)
+        moves_near = goes_on and slope_at_start[j] * present_slope[j] > dtype(0.0)
         moves_far = begins or (goes_on and not moves_near)
         near_end[j] = wp.where(moves_near, present_share[j], wp.where(begins, dtype(0.0), near_end[j]))
-        slope_near[j] = wp.where(moves_near, present_slope[j], wp.where(begins, start_slope[j], slope_near[j]))
+        slope_near[j] = wp.where(moves_near, present_slope[j], wp.where(begins, slope_at_start[j], slope_near[j]))
         far_end[j] = wp.where(moves_far, present_share[j], far_end[j])
         slope_far[j] = wp.where(moves_far, present_slope[j], slope_far[j])
         pace_next = wp.where(begins, 2, wp.where(ends, 1, pace[j]))
@@ -158,12 +171,20 @@ def judge_lanes():
 def end_balance():
     if seeking > 0:
         for j in range(LANES):
+            worst_turn = int(0)
+            worst_moment = dtype(0.0)
+            for k in range(ROTATIONS):
+                size = wp.abs(unbalanced[k, j])
+                worst_turn = wp.where(size > worst_moment, k, worst_turn)
+                worst_moment = larger(worst_moment, size)
+            i = spring_of_turn(worst_turn)
+            worst_spring = int(number_of_spring + 1)
+            if THREADS > 1:
+                is_worst = worst_moment >= over_frame(worst_moment, first_of_frame, THREADS)
+                named = wp.where(is_worst, dtype(worst_spring), dtype(0.0))
+                worst_spring = int(over_frame(named, first_of_frame, THREADS))
             if pace[j] > 0 and unsolved[j] == 0:
-                worst_turn = int(0)
-                for k in range(1, ROTATIONS):
-                    if wp.abs(unbalanced[k, j]) > wp.abs(unbalanced[worst_turn, j]):
-                        worst_turn = k
-                unsolved[j] = spring_of_turn(worst_turn) + 1
+                unsolved[j] = worst_spring
 
 
 def judge_state():

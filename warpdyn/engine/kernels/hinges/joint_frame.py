@@ -23,7 +23,7 @@ BORROWS = {"massless_rotations": ("turn", "unbalanced", "largest_moment", "worst
 
 
 def wanted(plan):
-    return plan.pattern is not None and isinstance(plan.pattern.line, JointFrame)
+    return plan.pattern is not None and isinstance(plan.pattern.line, JointFrame) and plan.frame_storeys is None
 
 
 def values_held(plan):

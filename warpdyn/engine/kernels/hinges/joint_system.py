@@ -21,7 +21,7 @@ RIGID = {"float32": 1e8, "float64": 1e17}  # stiffness of ends without a hinge, 
 
 
 def wanted(plan):
-    return plan.pattern is not None and isinstance(plan.pattern.line, JointFrame)
+    return plan.pattern is not None and isinstance(plan.pattern.line, JointFrame) and plan.frame_storeys is None
 
 
 def values_held(plan):

@@ -39,15 +39,20 @@ def names(plan):
         + pattern.values_of_line
         + (pattern.values_of_energies if "energy" in plan.recorders else 0)
     )
+    springs = plan.springs_of_thread if plan.frame_storeys else pattern.springs
+    if plan.frame_storeys:  # `storey_moments.py` reads the values of the members of a thread
+        held, count = pattern.first_of_line + plan.line_of_thread.values, pattern.first_of_line
+    else:
+        held = count
     return {
-        "THREADS": 1,
-        "ROWS": pattern.springs,
+        **({} if plan.by_storey else {"THREADS": 1}),
+        "ROWS": springs,
         "TERMS": count,
         "FIRST_DASHPOT": pattern.values,
         "HAS_UNMOVED": is_base and not pattern.unmoved.is_empty,
         "IS_SHAKEN": is_base,
-        "term_rows": wp.types.matrix(shape=(max(1, count), plan.lanes), dtype=dtype),
-        "spring_rows": wp.types.matrix(shape=(pattern.springs, plan.lanes), dtype=dtype),
+        "term_rows": wp.types.matrix(shape=(max(1, held), plan.lanes), dtype=dtype),
+        "spring_rows": wp.types.matrix(shape=(springs, plan.lanes), dtype=dtype),
         "DEFORMATIONS": product("deformation", us, "deformation", drifts),
         "DEFORMATION_RATES": product("deformation", vs, "deformation_rate", drifts),
         "SPRING_FORCES": product("deformation", "spring_force", "applied", by_row, sign=-1, is_added=has_load),

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from warpdyn.engine.kernels.hinges.frame_storeys import frame_storeys
 from warpdyn.engine.kernels.loads import LOADS
 from warpdyn.engine.kernels.lumped.storeys import Storeys, storeys_of
-from warpdyn.engine.kernels.plan import WARP, Plan, values_held
+from warpdyn.engine.kernels.plan import WARP, Plan, has_joints, keeps_drifts, values_held
+from warpdyn.engine.laws.springs import is_mixed
 
 # Recorders whose values belong to a storey; others sum up values of all storeys, or record histories of few samples.
 OF_STOREYS = {"spring", "output", "displacement", "acceleration", "residual", "drift"}
+# Recorders of frames with hinges whose members are divided among threads.
+OF_FRAMES = {"spring", "output", "displacement", "acceleration"}
 # Values that a thread holds at most, so that its storeys, its other values and its temporary ones fit in registers.
 MOST_VALUES = {"float32": 130, "float64": 60}
 SHARED_WORK = 0.5  # work of a thread besides its storeys, relative to the work of a storey
@@ -26,6 +30,16 @@ def divided_storeys(plan: Plan) -> Storeys | None:
         return None
     storeys = storeys_of(plan.pattern)
     return None if storeys is None or ("output" in plan.recorders and not storeys.outputs) else storeys
+
+
+def can_share_frame(plan: Plan) -> bool:
+    """Return whether the threads of a warp can share a frame with hinges, each with the members of one storey."""
+    if not has_joints(plan) or not keeps_drifts(plan) or plan.control is not None or is_mixed(plan.law):
+        return False
+    if not set(plan.recorders) <= OF_FRAMES or plan.pauses or plan.resumes or plan.starts_displaced:
+        return False
+    storeys = frame_storeys(plan.pattern.line)
+    return storeys is not None and storeys.count <= WARP
 
 
 def sections_of_storeys(plan: Plan) -> int:

@@ -8,6 +8,7 @@ those of `parts/collapse.py`. Peaks of deformations count up to the instant of c
 state before it.
 """
 
+from warpdyn.engine.device.processor import across_warp
 from warpdyn.engine.kernels.parts.collapse import share_beyond
 
 order = 10
@@ -58,7 +59,7 @@ def declare():
 
 def read_spring_row():
     if HAS_CAPACITY:
-        inverse_capacity[i, j] = structures.inverse_drift_capacity[i, s]
+        inverse_capacity[i, j] = structures.inverse_drift_capacity[number_of_spring, s]
     if HAS_STOREYS:
         if storey_of_spring(i) > 0:
             of_ratio = structures.inverse_height[storey_of_spring(i) - 1, s] / control.collapse_drift_ratio
@@ -83,6 +84,8 @@ def begin_interval():
     for j in range(LANES):
         if interval <= last_interval[j]:
             standing = 1
+    if THREADS > 1:  # threads of a warp exchange values
+        standing = across_warp(standing)
 
 
 def stop_lane():

@@ -44,7 +44,7 @@ def names(plan):
         count //= plan.sections
         listed = number_at([each for row in plan.storeys.outputs for each in row])
         own = {"output_number": listed, "number_of_output": "output_number(section * OUTPUTS + m)"}
-    rows = max(1, len(pattern.output.rows) // plan.sections)
+    rows = max(1, len(pattern.output.rows) // (1 if plan.storeys is None else plan.sections))
     return {
         "OUTPUTS": count,
         **own,

@@ -1,0 +1,104 @@
+"""Frames whose joints are a grid: the kernel that loops over storeys gives what the kernel of any frame gives."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import warpdyn as wd
+from warpdyn.campaigns.integration import model
+from warpdyn.engine.kernels import build
+from warpdyn.engine.kernels.hinges.frame_storeys import frame_storeys
+from warpdyn.engine.kernels.lumped.division import can_share_frame
+
+HEIGHT, SPAN = 3.5, 6.0  # m
+
+
+def grid_frame(storeys=2, bays=1, *, base="fixed", hinged_beams=True):
+    """Return a frame with bilinear hinges; every other member starts at its upper or right end."""
+    nodes, members, supports, floors, masses, hinges = {}, {}, {}, {}, {}, {}
+    for line in reversed(range(bays + 1)):
+        for level in range(storeys + 1):
+            nodes[f"J{level}{line}"] = (SPAN * line, HEIGHT * level)
+            supports[f"J{level}{line}"] = "roller" if level else base
+    for level in range(1, storeys + 1):
+        floors[f"F{level}"] = [f"J{level}{line}" for line in range(bays + 1)]
+        masses[f"F{level}"] = 1.2e5
+    sections = {
+        "column": {"elastic_modulus": 2e11, "area": 0.02, "second_moment": 8e-4},
+        "beam": {"elastic_modulus": 2e11, "area": 0.02, "second_moment": 4e-4},
+    }
+
+    def member(name, start, end, kind, moment, is_turned):
+        ends = (end, start) if is_turned else (start, end)
+        members[name] = {"start": ends[0], "end": ends[1], "section": kind}
+        if kind == "beam":
+            members[name]["gravity_load"] = 1.5e4  # N/m
+        if kind == "beam" and not hinged_beams:
+            return
+        members[name] |= {"spring_start": 2.7e8, "spring_end": 2.1e8}
+        for side in ("start", "end"):
+            hinges[name, side] = {"law": "bilinear", "yield_force": moment, "hardening_ratio": 0.01}
+
+    for level in range(1, storeys + 1):
+        for line in range(bays + 1):
+            member(f"C{level}{line}", f"J{level - 1}{line}", f"J{level}{line}", "column", 6e5, line % 2 == 1)
+        for line in range(bays):
+            member(f"B{level}{line}", f"J{level}{line}", f"J{level}{line + 1}", "beam", 4e5, level % 2 == 0)
+    frame = wd.Frame(nodes, members, sections, supports=supports, diaphragms=floors, masses=masses)
+    return wd.HingedFrame(frame, hinges, p_delta=False, damping_matrix=0.2 * np.diag([1.2e5] * storeys))
+
+
+@pytest.fixture(scope="module")
+def scene():
+    """Return a scene with random frames whose hinges yield."""
+    random = np.random.default_rng(2)
+    wave = np.convolve(random.normal(size=240), np.ones(8) / 3, "same")
+    motions = [wd.GroundMotion(scale * wave, 0.01, f"noise x {scale}") for scale in (0.5, 3.0)]
+    scatter = {
+        "yield_force": wd.RandomFactor(wd.Lognormal(1.0, 0.2), per="spring"),
+        "second_moment": wd.RandomFactor(wd.Lognormal(1.0, 0.2), per="member"),
+    }
+    return wd.Scene(grid_frame(), wd.Cloud(motions), scatter, recorders=("output", "spring", "acceleration"), tail=0.0)
+
+
+def test_kernel_of_storeys_equals_the_kernel_of_any_frame(scene, monkeypatch):
+    settings = {"structures": 4, "seed": 3, "method": "leapfrog", "step": 0.005, "dtype": "float64", "device": "cpu"}
+    expected = wd.simulate(scene, **settings)
+    fitted, shared = build.fitted, []
+
+    def by_storey(plan, is_gpu):
+        shared.append(can_share_frame(plan))
+        return replace(fitted(plan, is_gpu), by_storey=True, sections=1, lanes=1, max_unroll=1)
+
+    monkeypatch.setattr(model, "fitted", by_storey)
+    found = wd.simulate(scene, **settings)
+    assert all(shared)
+    yield_moment = found["yield_force"].sel(spring="C10 start").values
+    assert (found["peak_spring_force"].sel(spring="C10 start").values > yield_moment).any()
+    np.testing.assert_array_equal(found["status"], 0)
+    for name in ("peak_output", "peak_spring_deformation", "peak_spring_force", "peak_acceleration"):
+        # Moments balance to 1e-9 of the largest one in each step; yielding hinges multiply such differences a little.
+        largest = np.abs(expected[name]).max(dim="sample")
+        error = float((np.abs(found[name] - expected[name]) / largest).max())
+        assert error < 1e-6, (name, error)
+
+
+@pytest.mark.fast
+@pytest.mark.parametrize("threads", [1, 3])
+def test_threads_divide_all_members_hinges_and_values(threads):
+    line = grid_frame(3, 2).column_line
+    storeys = frame_storeys(line)
+    assert (storeys.count, storeys.lines) == (3, 3)
+    of_threads = [storeys.springs_of(thread, threads) for thread in range(threads)]
+    assert all(springs[:3] == [0, 1, 2] for springs in of_threads)
+    assert sorted(spring for springs in of_threads for spring in springs[3:]) == sorted(line.springs)
+    terms = [place for thread in range(threads) for place in storeys.terms_of(thread, threads)]
+    assert set(terms) - {-1} == set(range(line.values))
+    assert len(terms) == threads * storeys.of_thread(threads).values
+
+
+@pytest.mark.fast
+def test_frames_without_a_grid_of_hinged_members_have_no_storeys():
+    assert frame_storeys(grid_frame(2, 1, base="pinned").column_line) is None
+    assert frame_storeys(grid_frame(2, 1, hinged_beams=False).column_line) is None
