@@ -20,7 +20,7 @@ from warpdyn.engine.kernels.queues import free_memory
 from warpdyn.foundations.core.thread_pool import cores, in_parts
 
 # A motion whose responses decay slowly is divided into parts, so that a thread has at most about this number of steps.
-STEPS_OF_A_PART, MOST_PARTS = 16_000, 1024
+STEPS_OF_A_PART, MOST_PARTS = 32_000, 1024
 MOTIONS_AT_A_TIME = 16  # motions of a launch; each thread of the CPU takes the next launch
 # Samples of motions that a GPU generates at the same time (32 GiB), and the share of its free memory for them. Fewer
 # motions than about 100,000 do not occupy a large GPU.
