@@ -19,6 +19,8 @@ if TYPE_CHECKING:
     from warpdyn.model.structures.lumped.spring import Spring
 
 WHO = "HingedFrame"
+AXIAL = "axial"  # place of the axial spring of a brace that yields, in the table of hinges
+LAWS_OF_BRACES = ("bilinear", "elastic", "elastic_perfectly_plastic")
 EXAMPLE = "{('C1', 'start'): {'law': 'bilinear', 'yield_force': 5e5, 'hardening_ratio': 0.02}}"
 
 
@@ -82,10 +84,20 @@ def checked_hinges(frame: Frame, given: object) -> dict[tuple[str, str], dict[st
         member, end = place
         if member not in names:
             raise ValueError(f"hinges: {member!r} of {place!r} is not a member{did_you_mean(str(member), names)}")
+        if not isinstance(row, Mapping) or "law" not in row:
+            raise ValueError(f"hinges: {place!r} needs a dictionary with 'law', got {shortened(row)}")
+        if end == AXIAL:
+            found[place] = _checked_brace(frame, member, row)
+            continue
         if end not in ENDS:
-            raise ValueError(f"hinges: {end!r} of {place!r} is not an end: give 'start' or 'end'")
+            raise ValueError(
+                f"hinges: {end!r} of {place!r} is not an end: give 'start', 'end' or, for a truss, 'axial'"
+            )
         if frame.members[member]["kind"] == "truss":
-            raise ValueError(f"hinges: member {member!r} has kind='truss' and no moments: remove its hinge {place!r}")
+            raise ValueError(
+                f"hinges: member {member!r} has kind='truss' and no moments: remove its hinge {place!r}, or give "
+                f"{(member, AXIAL)!r} if it yields in tension and compression"
+            )
         stiffness = frame.geometry.end_springs[names.index(member), ENDS.index(end)]
         if stiffness == 0:
             raise ValueError(
@@ -96,23 +108,39 @@ def checked_hinges(frame: Frame, given: object) -> dict[tuple[str, str], dict[st
                 f"hinges: the end {place!r} has no spring: give member {member!r} spring_{end}= the initial "
                 "stiffness of the hinge [N m/rad]"
             )
-        if not isinstance(row, Mapping) or "law" not in row:
-            raise ValueError(f"hinges: {place!r} needs a dictionary with 'law', got {shortened(row)}")
         if "stiffness" in row:
             raise ValueError(f"hinges: remove stiffness of {place!r}: it is spring_{end} of member {member!r}")
         found[place] = {str(name): value for name, value in row.items()}
     return found
 
 
+def _checked_brace(frame: Frame, member: str, row: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the law and the parameters of a brace that yields, or raise an error."""
+    place = (member, AXIAL)
+    if frame.members[member]["kind"] != "truss":
+        raise ValueError(f"hinges: {place!r} needs a member with kind='truss'; {member!r} is a beam or a column")
+    law = row["law"]
+    name = law if isinstance(law, str) else getattr(law, "name", law)
+    if name not in LAWS_OF_BRACES:
+        raise ValueError(
+            f"hinges: {shortened(law)} is not a law of braces: choose one of {', '.join(LAWS_OF_BRACES)} for "
+            f"{place!r}. Buckling is not modelled"
+        )
+    if "stiffness" in row:
+        raise ValueError(f"hinges: remove stiffness of {place!r}: it is elastic_modulus * area / length of {member!r}")
+    return {str(name): value for name, value in row.items()}
+
+
 def warn_of_gravity_moments(hinges: Sequence[Spring | Component], moments: np.ndarray) -> None:
-    """Warn if gravity alone makes hinges yield; `moments` [N m]: absolute values, shape [hinge]."""
+    """Warn if gravity alone makes hinges or braces yield; `moments` [N m or N]: absolute values, shape [hinge]."""
     strength = np.array([each.parameters.get("yield_force", np.inf) for each in hinges])
     over = np.flatnonzero(moments > strength)
     if over.size:
         worst = int(over[np.argmax(moments[over] / strength[over])])
         others = f" (and {over.size - 1} other hinges)" if over.size > 1 else ""
+        quantity, unit = ("force", "N") if hinges[worst].name.endswith(f" {AXIAL}") else ("moment", "N m")
         warn_caller(
-            f"{WHO}: gravity alone exceeds the yield moment of hinge {hinges[worst].name!r}{others}: moment "
-            f"{moments[worst]:.4g} N m, yield_force {strength[worst]:.4g} N m. Check the units of gravity_load [N] "
-            "and yield_force [N m]; with correct values the frame has yielded before the motion"
+            f"{WHO}: gravity alone exceeds the yield {quantity} of hinge {hinges[worst].name!r}{others}: {quantity} "
+            f"{moments[worst]:.4g} {unit}, yield_force {strength[worst]:.4g} {unit}. Check the units of gravity_load "
+            f"[N] and yield_force [{unit}]; with correct values the frame has yielded before the motion"
         )

@@ -16,6 +16,7 @@ from warpdyn.foundations.core.near_misses import with_suggestions
 from warpdyn.model.structures.frames.column_line import ENDS
 from warpdyn.model.structures.frames.frame import Frame
 from warpdyn.model.structures.frames.hinges.checks import (
+    AXIAL,
     check_frame,
     check_gravity,
     checked_hinges,
@@ -25,8 +26,14 @@ from warpdyn.model.structures.frames.hinges.hinged_structure import Hinge, Hinge
 from warpdyn.model.structures.frames.hinges.joints import Joints, joints_of
 from warpdyn.model.structures.frames.hinges.packing import layout_of, packed
 from warpdyn.model.structures.frames.hinges.statics import FrameStatics, frame_statics
-from warpdyn.model.structures.frames.hinges.values import FrameValues, HingedMembers, geometric_stiffness, values_of
-from warpdyn.model.structures.frames.members.elements import Sections
+from warpdyn.model.structures.frames.hinges.values import (
+    ELASTIC_PART,
+    FrameValues,
+    HingedMembers,
+    geometric_stiffness,
+    values_of,
+)
+from warpdyn.model.structures.frames.members.elements import Sections, beam_stiffness
 from warpdyn.model.structures.frames.reduced_frame import MOST_VALUES
 from warpdyn.model.structures.lumped.matrices import StaticSystem
 from warpdyn.model.structures.lumped.spring import Spring
@@ -40,18 +47,21 @@ class HingedFrame(HingedStructure):
     no mass and are solved in each stage of the method. A hinge is a rotational spring of any of the laws elastic,
     bilinear, elastic-perfectly-plastic or Ibarra-Medina-Krawinkler (bilinear), in series with the elastic member; its
     initial stiffness is that of the member's `spring_start` or `spring_end`. Axial forces do not change the moments of
-    hinges. Braces and other members without hinges are elastic. Gravity loads of the tables act from the start, in
-    equilibrium; drifts are relative to this state. Damping acts on the velocities of floors: Rayleigh damping is
-    proportional to mass and initial stiffness of the elastic frame.
+    hinges. A brace (`kind="truss"`) yields in tension and compression if it has a law at ("D1", "axial"), as a
+    buckling-restrained brace; its initial stiffness is that of its section. Members without hinges are elastic. Gravity
+    loads of the tables act from the start, in equilibrium; drifts are relative to this state. Damping acts on the
+    velocities of floors: Rayleigh damping is proportional to mass and initial stiffness of the elastic frame.
 
     Springs of the structure are the storeys ("storey 1": drift [m] and storey shear [N], of all columns and braces,
-    without P-Delta) and then the hinges ("C1 start": rotation [rad] and moment [N m]); parameters of the hinges' laws
+    without P-Delta) and then the hinges ("C1 start": rotation [rad] and moment [N m]; "D1 axial": elongation [m],
+    without 1 % of the elastic elongation, and force [N]); parameters of the hinges' laws
     can be random with `per="spring"`, with `only=` names of hinges.
 
     Args:
         frame: Frame whose masses are on rigid floors. Its geometric stiffness is "string".
-        hinges: Laws of hinges by member and end, {(member, "start" or "end"): {"law": law, parameter: value}}. Member
-            ends without a hinge are elastic: rigid, released, or with the linear spring of the frame.
+        hinges: Laws of hinges by member and end, {(member, "start" or "end"): {"law": law, parameter: value}}, and of
+            braces, {(member, "axial"): ...} (bilinear or elastic-perfectly-plastic, yield force in N). Member ends
+            without a hinge are elastic: rigid, released, or with the linear spring of the frame.
         p_delta: Whether gravity loads soften the frame.
         outputs: ("drift",): storey drift ratios "drift 1" and so on [1]; or ().
         drift_capacity: Storey drift ratio at which samples collapse [1]; None: no collapse.
@@ -119,18 +129,40 @@ class HingedFrame(HingedStructure):
 
     @cached_property
     def places_of_hinges(self) -> list[tuple[int, int]]:
-        """Member and end of each hinge, as indices."""
+        """Member and end of each hinge, as indices; a brace has it at its start."""
         members = {name: place for place, name in enumerate(self.frame.members)}
-        return [(members[member], ENDS.index(end)) for member, end in self.hinges]
+        return [(members[member], 0 if end == AXIAL else ENDS.index(end)) for member, end in self.hinges]
+
+    @cached_property
+    def given_braces(self) -> dict[str, Hinge]:
+        """Springs with the stiffness and the parameters of whole braces that yield, by name."""
+        found, dof = {}, next(iter(self.frame.diaphragms))
+        for name, (member, _), ((_, end), row) in zip(
+            self.hinge_names, self.places_of_hinges, self.hinges.items(), strict=True
+        ):
+            if end == AXIAL:
+                stiffness = float(beam_stiffness(self.frame.geometry, self.frame.nominal)[..., member, 0, 0].item())
+                parameters = {key: value for key, value in row.items() if key != "law"}
+                found[name] = Hinge(name, dof, stiffness, row["law"], is_axial=True, **parameters)
+        return found
 
     def _gauges(self, names: Sequence[str]) -> tuple[list[Spring], list[float]]:
         """Return the storeys followed by the hinges, and the storey heights [m]."""
         found, heights = super()._gauges(names)
         for name, (member, end), row in zip(self.hinge_names, self.places_of_hinges, self.hinges.values(), strict=True):
+            if name in self.given_braces:
+                found.append(_yielding_part(self.given_braces[name], names[0]))
+                continue
             stiffness = float(self.frame.geometry.end_springs[member, end])
             parameters = {key: value for key, value in row.items() if key != "law"}
             found.append(Hinge(name, names[0], stiffness, row["law"], **parameters))
         return found, heights
+
+    def scatter_problem(self, name: str, *, is_common_factor: bool) -> str | None:
+        """Return why a parameter cannot be random."""
+        if self.given_braces and name in ("area", "elastic_modulus"):
+            return "the initial stiffness of braces that yield belongs to the frame: scatter yield_force instead"
+        return super().scatter_problem(name, is_common_factor=is_common_factor)
 
     @cached_property
     def hinged_members(self) -> HingedMembers:
@@ -138,12 +170,18 @@ class HingedFrame(HingedStructure):
         places = self.places_of_hinges
         members = sorted({member for member, _ in places})
         is_hinge = np.array([[(member, end) in places for end in range(len(ENDS))] for member in members])
-        return HingedMembers(members, is_hinge, np.where(is_hinge, self.frame.geometry.end_springs[members], np.inf))
+        stiffness = np.where(is_hinge, self.frame.geometry.end_springs[members], np.inf)
+        is_axial = np.array([self.frame.members[name]["kind"] == "truss" for name in self.frame.members])[members]
+        rows = {member: row for row, member in enumerate(members)}
+        for spring, (member, _) in zip(self.springs[-len(places) :], places, strict=True):
+            if is_axial[rows[member]]:
+                stiffness[rows[member], 0] = spring.stiffness
+        return HingedMembers(members, is_hinge, stiffness, is_axial)
 
     @cached_property
     def joints(self) -> Joints:
         """The massless displacements."""
-        return joints_of(self.frame, self.kept, self.hinged_members.members)
+        return joints_of(self.frame, self.kept, self.hinged_members.members, self.hinged_members.is_axial)
 
     @cached_property
     def column_line(self) -> JointFrame:
@@ -228,3 +266,13 @@ class HingedFrame(HingedStructure):
         found = self.geometric_matrices(values) + self._softening_of_floors
         size = np.abs(self._softening_of_floors).max()
         return np.where(np.abs(found) > 1e-12 * size, found, 0.0)
+
+
+def _yielding_part(brace: Hinge, dof: str) -> Hinge:
+    """Return the yielding part of a brace, which is as stiff as the brace in series with its elastic part."""
+    stiffness = brace.stiffness / (1 - 1 / ELASTIC_PART)
+    parameters = dict(brace.parameters)
+    if "hardening_ratio" in parameters:
+        ratio = parameters["hardening_ratio"]
+        parameters["hardening_ratio"] = ratio * (1 - 1 / ELASTIC_PART) / (1 - ratio / ELASTIC_PART)
+    return Hinge(brace.name, dof, stiffness, brace.law.name, is_axial=True, **parameters)

@@ -20,20 +20,25 @@ LAWS_OF_HINGES = (Elastic, Bilinear, ElasticPerfectlyPlastic, IbarraMedinaKrawin
 
 
 class Hinge(Spring):
-    """A rotational spring between the end of a member and its joint; its deformation is their relative rotation [rad].
+    """A rotational spring between the end of a member and its joint, or the yielding part of a brace.
+
+    The deformation is the relative rotation [rad], or the elongation [m].
 
     Args:
         name: Name, such as "C1 start".
         dof: Degree of freedom of a floor.
-        stiffness: Initial stiffness [N m/rad].
+        stiffness: Initial stiffness [N m/rad], of a brace [N/m].
         law: Law, as for a Spring; forces are moments [N m], drifts rotations [rad].
+        is_axial: Whether it is a part of a brace.
         **parameters: Parameters of the law.
     """
 
-    def __init__(self, name: str, dof: str, stiffness: float, law: Any, **parameters: float) -> None:
+    def __init__(
+        self, name: str, dof: str, stiffness: float, law: Any, *, is_axial: bool = False, **parameters: float
+    ) -> None:
         if isinstance(law, str) and law not in (each.name for each in LAWS_OF_HINGES):
             raise ValueError(_unknown_law(name, law))
-        super().__init__(name, {dof: 1.0}, law=law, stiffness=stiffness, rotational=True, **parameters)
+        super().__init__(name, {dof: 1.0}, law=law, stiffness=stiffness, rotational=not is_axial, **parameters)
         self.direction = {dof: 0.0}  # its moment acts on massless rotations
         if self.law not in LAWS_OF_HINGES:
             raise ValueError(_unknown_law(name, self.law.name))
@@ -103,6 +108,11 @@ class HingedStructure(ReducedFrame):
         return tuple(f"{member} {end}" for member, end in self.hinges)
 
     @property
+    def given_braces(self) -> dict[str, Hinge]:
+        """Springs with the stiffness and the parameters of whole braces that yield, by name."""
+        return {}
+
+    @property
     def lacking(self) -> tuple[str, ...]:
         """Recorders that the structure cannot have: energies, because hinges have no rates."""
         return (*super().lacking, "energy")
@@ -126,7 +136,7 @@ class HingedStructure(ReducedFrame):
         found = super().description()
         for name in ("dofs", "reduction", "modes", "vertical", "members"):
             del found[name]
-        by_name = {spring.name: spring for spring in self.springs}
+        by_name = {spring.name: spring for spring in self.springs} | self.given_braces
         rows = []
         for (member, end), name in zip(self.hinges, self.hinge_names, strict=True):
             spring = by_name[name]

@@ -17,6 +17,7 @@ WHO = "HingedFrame"
 MOST_ROWS = 256  # massless displacements
 MOST_ENTRIES = 4096  # stored entries of the matrix of massless displacements
 START, END = 1, 4  # transverse displacements of a member's ends in local axes
+AXIAL = (0, 3)  # axial displacements
 NEGLIGIBLE = 1e-12  # coefficients relative to 1 / length
 
 
@@ -27,8 +28,8 @@ class Joints(NamedTuple):
         places: Number of each massless displacement among the free degrees of freedom, in the order of the unknowns.
         to_free: Displacements of all free degrees of freedom per unknown and per storey drift, shape [free, unknown +
             storey].
-        chords: Rotation of the chord of each member with hinges per unknown and drift, shape [member, unknown +
-            storey].
+        chords: Rotation of the chord of each member with hinges per unknown and drift, of a brace that yields its
+            elongation [m], shape [member, unknown + storey].
         rotations: Unknowns that are the rotations of the nodes at both ends of these members; the number of unknowns
             for a rotation that is fixed, shape [member, 2].
     """
@@ -39,20 +40,24 @@ class Joints(NamedTuple):
     rotations: np.ndarray
 
 
-def joints_of(frame: Frame, kept: np.ndarray, members: list[int]) -> Joints:
+def joints_of(frame: Frame, kept: np.ndarray, members: list[int], is_axial: np.ndarray) -> Joints:
     """Return the unknowns of a frame, or raise an error if they are too many.
 
     Args:
         frame: The frame; all masses are on rigid floors, which are its storeys.
         kept: Numbers of the floors among the free degrees of freedom.
         members: Indices of the members with hinges.
+        is_axial: Whether they are braces that yield, shape [member].
     """
     numbering = frame.numbering
     free = numbering.free
     number = np.full(len(numbering.names), -1)
     number[free] = np.arange(free.size)
     of_members = number[numbering.of_members]
-    massless = _ordered(_coupled(frame), kept, np.setdiff1d(of_members[members], [-1, *kept]))
+    moved = of_members[members]
+    for place in ROTATIONS:
+        moved[is_axial, place] = -1
+    massless = _ordered(_coupled(frame), kept, np.setdiff1d(moved, [-1, *kept]))
     storeys = list(frame.storey_drifts.values())
     height = float(np.mean([height for _, _, height in storeys]))
     is_rotation = ~(numbering.is_horizontal | numbering.is_vertical)[free]
@@ -66,12 +71,13 @@ def joints_of(frame: Frame, kept: np.ndarray, members: list[int]) -> Joints:
         row[count + storey] = 1.0
     local, length = frame.geometry.to_local[members], frame.geometry.length[members]
     chord = (local[:, END] - local[:, START]) / length[:, None]
+    chord[is_axial] = local[is_axial, AXIAL[1]] - local[is_axial, AXIAL[0]]
     padded = np.vstack([to_free, np.zeros(count + len(storeys))])  # the last row is that of fixed displacements
     chords = np.einsum("mi,mij->mj", chord, padded[of_members[members]])
     chords[np.abs(chords) < NEGLIGIBLE * np.abs(chords).max(initial=1.0)] = 0.0
     order = np.full(free.size + 1, count)
     order[massless] = np.arange(count)
-    return Joints(massless, to_free, chords, order[of_members[members][:, ROTATIONS]])
+    return Joints(massless, to_free, chords, order[moved[:, ROTATIONS]])
 
 
 def _coupled(frame: Frame) -> np.ndarray:

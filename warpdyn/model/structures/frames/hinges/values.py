@@ -20,6 +20,10 @@ if TYPE_CHECKING:
     from warpdyn.model.structures.frames.frame import Frame
     from warpdyn.model.structures.frames.hinges.joints import Joints
 
+# Stiffness of the elastic part of a brace that yields, relative to that of the whole brace. Forces are differences of
+# displacements of the two parts, whose last digits float32 keeps up to about this ratio.
+ELASTIC_PART = 100.0
+
 
 class FrameValues(NamedTuple):
     """Matrices and vectors of structures; the first dimension is structure, or 1 if they are equal.
@@ -49,11 +53,14 @@ class HingedMembers(NamedTuple):
         members: Their indices in the frame.
         is_hinge: Whether their ends have hinges, shape [member, 2].
         stiffness: Initial stiffness of the hinges [N m/rad], infinite at other ends, shape [member, 2].
+        is_axial: Whether they are braces, shape [member]. A brace is an elastic and a yielding part in series. The
+            yielding part is the "hinge" at its start, whose chord turns by the elongation [m].
     """
 
     members: list[int]
     is_hinge: np.ndarray
     stiffness: np.ndarray
+    is_axial: np.ndarray
 
 
 def values_of(
@@ -79,7 +86,14 @@ def values_of(
     local = plain @ conditions.ends
     local = (local + np.swapaxes(local, -1, -2)) / 2
     bending = local[..., members, :, :][..., ROTATIONS, :][..., :, ROTATIONS]
+    axial = np.flatnonzero(hinged.is_axial)
+    bending[..., axial, :, :] = 0.0
+    braces = np.array(members)[axial]
+    bending[..., axial, 0, 0] = ELASTIC_PART * local[..., braces, 0, 0]
     linear = local.copy()
+    for place in (0, 3):
+        linear[..., braces, place, :] = 0.0
+        linear[..., braces, :, place] = 0.0
     for place in (1, 2, 4, 5):
         linear[..., members, place, :] = 0.0
         linear[..., members, :, place] = 0.0
