@@ -44,7 +44,7 @@ def changed(**changes: Any) -> wd.Frame:
     ("hinges", "message"),
     [
         ({("C1_3", "start"): HINGE}, "'C1_3' of .* is not a member .did you mean 'C1_"),
-        ({("C1_1", "top"): HINGE}, "'top' of .* is not an end: give 'start' or 'end'"),
+        ({("C1_1", "top"): HINGE}, "'top' of .* is not an end: give 'start', 'end' or, for a truss, 'axial'"),
         ({"C1_1": HINGE}, "'C1_1' is not a pair such as"),
         ({("L1", "start"): HINGE}, "'L1' has kind='truss' and no moments"),
         ({("C1_1", "start"): {"yield_force": 5e6}}, "needs a dictionary with 'law'"),
