@@ -114,10 +114,10 @@ def test_wrong_lags_are_refused(arguments, message):
 def test_longest_steps_of_lags_are_those_at_which_heun_and_rk4_do_not_grow(damping_ratio):
     actuator = control.Actuator(1, frequency=5.0, damping_ratio=damping_ratio)
     step = 2.0 / actuator.fastest_rate(1.0)  # the regulator of a Control adds no eigenvalue, because commands are held
-    turn = 2 * np.pi * 5.0
-    z = step * np.roots([1.0, 2 * damping_ratio * turn, turn**2]).astype(complex)
+    root = np.sqrt(complex(damping_ratio**2 - 1))
+    z = step * 2 * np.pi * 5.0 * np.array([-damping_ratio - root, -damping_ratio + root])
     heun, rk4 = 1 + z + z**2 / 2, 1 + z + z**2 / 2 + z**3 / 6 + z**4 / 24
-    # Rounding of the roots; only the factors of the lag at the limit, for one of both methods, are 1.
+    # At the limit, the growth factor of one method is 1, within rounding of the root of the cubic equation.
     assert np.abs(heun).max() < 1 + 1e-12
     assert np.abs(rk4).max() < 1 + 1e-12
     if damping_ratio <= 0.5:  # the limit is not shorter than necessary
