@@ -110,6 +110,20 @@ def test_wrong_lags_are_refused(arguments, message):
         control.Actuator(1, **arguments)
 
 
+@pytest.mark.parametrize("damping_ratio", [0.02, 0.3, 0.5, 0.7, 1.0, 3.0])
+def test_longest_steps_of_lags_are_those_at_which_heun_and_rk4_do_not_grow(damping_ratio):
+    actuator = control.Actuator(1, frequency=5.0, damping_ratio=damping_ratio)
+    step = 2.0 / actuator.fastest_rate(1.0)  # the regulator of a Control adds no eigenvalue, because commands are held
+    root = np.sqrt(complex(damping_ratio**2 - 1))
+    z = step * 2 * np.pi * 5.0 * np.array([-damping_ratio - root, -damping_ratio + root])
+    heun, rk4 = 1 + z + z**2 / 2, 1 + z + z**2 / 2 + z**3 / 6 + z**4 / 24
+    # At the limit, the growth factor of one method is 1, within rounding of the root of the cubic equation.
+    assert np.abs(heun).max() < 1 + 1e-12
+    assert np.abs(rk4).max() < 1 + 1e-12
+    if damping_ratio <= 0.5:  # the limit is not shorter than necessary
+        assert np.abs(heun).max() > 1 - 1e-12
+
+
 def test_a_lag_in_milliseconds_is_reported():
     late = [control.Actuator(1, time_constant=20.0)]
     loop = control.Control(late, regulator=control.lqr(FRAME, late, force_weight=1e-8), sampling_interval=INTERVAL)

@@ -13,6 +13,7 @@ from scipy.stats import norm, qmc
 
 import warpdyn as wd
 from warpdyn.answers.sensitivity.correlation_ratios import _ratios, _with_half_width
+from warpdyn.answers.sensitivity.structure_outputs import StructureOutputs
 
 # As given by the reference: input, first-order index, total index, drift ratio at the lower and the upper bound.
 REFERENCE = {
@@ -106,6 +107,36 @@ def test_correlation_ratios_of_a_sobol_sequence_have_half_the_error_of_the_estim
             found.append(_ratios(x, y[:, None], is_even=is_even)[:, 0] - exact)
     worst = {is_even: np.abs(np.mean(found, axis=0)).max() for is_even, found in errors.items()}
     assert worst[True] < 0.006 < worst[False]
+
+
+@pytest.mark.fast
+@pytest.mark.meant_as_given("first_period", "collapse_drift_ratio", "strongest_motion", "peak_ground_acceleration")
+def test_correlation_ratios_of_noise_have_no_bias_of_parameters_without_effect():
+    """Random noise scatters demands independently of the Sobol sequence: eta squared would be 10 / 256 too large."""
+    noise = wd.FilteredNoise(wd.WhiteNoise(0.01), duration=4.0, interval=0.02)
+    scatter = {name: wd.RandomFactor(wd.Lognormal(1.0, 1e-3)) for name in ("mass", "stiffness", "damping_ratio")}
+    building = wd.ShearBuilding(3e5, [2e8], 3.0, damping="rayleigh", damping_ratio=0.05)
+    scene, found = wd.Scene(building, noise, scatter, recorders=("drift",)), []
+    for seed in range(5):
+        ratios = wd.correlation_ratios(wd.simulate(scene, structures=256, seed=seed))
+        assert ratios.attrs["estimator"] == "epsilon squared"
+        found.append(ratios["correlation_ratio"].values)
+    # 11 classes: each ratio has a standard deviation of about sqrt(2 * 10) / 256 = 0.017, the mean of 15 of 0.0045.
+    assert abs(np.mean(found)) < 0.018
+
+
+@pytest.mark.fast
+def test_structures_with_different_motions_are_known():
+    def outputs(motion, level=(0, 0, 0, 0)):
+        counts = 2, max(motion) + 1, max(level) + 1
+        rows = (np.array(each) for each in ((0, 1, 0, 1), motion, level))
+        return StructureOutputs("", np.zeros(1), {}, *rows, counts, np.zeros(counts[2]), np.zeros(4))
+
+    assert outputs((0, 0, 1, 1)).have_equal_motions
+    assert outputs((0, 1, 1, 0)).have_equal_motions
+    assert not outputs((0, 1, 2, 3)).have_equal_motions
+    assert not outputs((0, 0, 1, 0)).have_equal_motions
+    assert not outputs((0, 0, 0, 0), (0, 0, 1, 0)).have_equal_motions
 
 
 @pytest.mark.fast

@@ -148,6 +148,15 @@ def test_each_structure_has_its_own_frequency_of_a_harmonic_force():
         (lambda: WIND.force_history(60.0, 0.1, rise=60.0), "rise=60 s must be shorter than duration=60 s"),
         (lambda: WIND.spectral_matrix([0.0]), "frequency .Hz. must be above 0"),
         (lambda: WIND.stripes([30.0, 20.0], 28.0, 1, 60.0, 0.5), "levels must be a row of increasing values"),
+        (lambda: WIND.stripes([-5.0, 20.0], 28.0, 1, 60.0, 0.5), "levels must be a row of increasing values above 0"),
+        (lambda: WIND.stripes([[20.0, 30.0]], 28.0, 1, 60.0, 0.5), "levels must be a row of increasing values"),
+        # 20 levels of 2^20 histories with 601 samples of 10 floors: 1e12 bytes
+        (lambda: WIND.stripes(range(1, 21), 28.0, 2**20, 60.0, 0.1), "give fewer levels= or histories="),
+        (lambda: WIND.force_history(1e6, 1e-3), "duration over step is 1,000,000,000"),
+        (
+            lambda: wd.WindForces([-4.0], [22.0], 60.0, 1.3, wd.KaimalSpectrum(1.8)),
+            "height must be a row of values abo",
+        ),
         (lambda: wd.ForceStripes([[WIND.force_history(60.0, 0.5)]], [10.0, 20.0]), "1 lists of histories and 2 levels"),
         (
             lambda: wd.Scene(

@@ -40,9 +40,10 @@ def correlation_ratios(
     estimate is Kelley's epsilon squared, (between - (classes - 1) * within) / total, which has no bias if the parameter
     has no effect. In a Sobol sequence of at least 256 structures, the other parameters are spread evenly in each class,
     so that the means of classes scatter much less than the estimate assumes; then the estimate is Pearson's eta
-    squared, between / total, whose error is half as large (0.002 to 0.004 for 4,096 structures). Few structures of a
-    Sobol sequence with 5 or more inputs can repeat a pattern between two inputs, so that an input without effect would
-    have the ratio of the other one: such runs are refused.
+    squared, between / total, whose error is half as large (0.002 to 0.004 for 4,096 structures). If structures have
+    different motions, random noise or sensor noise, the demands also scatter independently of the inputs, and the
+    estimate is Kelley's. Few structures of a Sobol sequence with 5 or more inputs can repeat a pattern between two
+    inputs, so that an input without effect would have the ratio of the other one: such runs are refused.
 
     Sources: Pearson (1905), "On the general theory of skew correlation and non-linear regression", Drapers' Company
     Research Memoirs; Kelley (1935), "An unbiased correlation ratio measure", Proceedings of the National Academy of
@@ -82,7 +83,12 @@ def correlation_ratios(
         )
     names, drawn = _drawn(run, count)
     _check_dependence(run, names, drawn)
-    is_even = count >= LEAST_EVEN and run[STRUCTURE].attrs.get("sampling") == "sobol"
+    is_even = (
+        count >= LEAST_EVEN
+        and run[STRUCTURE].attrs.get("sampling") == "sobol"
+        and outputs.have_equal_motions
+        and not _has_noise(_scene_of(run))
+    )
     whole, half = _with_half_width(drawn, values, confidence, is_even=is_even)
     return xr.Dataset(
         {
@@ -112,6 +118,12 @@ def _scene_of(run: xr.Dataset) -> dict[str, Any]:
     except json.JSONDecodeError:
         return {}
     return found
+
+
+def _has_noise(scene: Mapping[str, Any]) -> bool:
+    """Return whether the samples of a scene contain random numbers other than those of the inputs."""
+    sensors = (scene.get("control") or {}).get("noise") or {}
+    return scene.get("excitation", {}).get("type") == "FilteredNoise" or any(sensors.values())
 
 
 def _check_dependence(run: xr.Dataset, names: list[str], drawn: np.ndarray) -> None:

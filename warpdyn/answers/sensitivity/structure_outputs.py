@@ -63,6 +63,17 @@ class StructureOutputs:
             )
         return found
 
+    @property
+    def have_equal_motions(self) -> bool:
+        """Whether all structures were under the same motions at the same levels (crossed design)."""
+        structures, _, levels = self.counts
+        if self.structure.size % structures:
+            return False
+        cell = self.motion * levels + self.level
+        order = np.lexsort((cell, self.structure))
+        own, cells = (values[order].reshape(structures, -1) for values in (self.structure, cell))
+        return bool((own == np.arange(structures)[:, None]).all() and (cells == cells[0]).all())
+
     def named(self, output: int) -> str:
         """Return words that name an output, such as " at 0.2 g" or " of 'slight'"; "" if there is one output."""
         label = self.labels[output]

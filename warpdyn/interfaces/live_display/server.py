@@ -60,7 +60,11 @@ class PageServer(ThreadingHTTPServer):
     def process_request(self, request: Any, client_address: Any) -> None:
         """Handle a request in a new thread; close its connection at once if MOST_REQUESTS are being handled."""
         if self._free.acquire(blocking=False):
-            super().process_request(request, client_address)
+            try:
+                super().process_request(request, client_address)
+            except BaseException:  # no thread could be started
+                self._free.release()
+                raise
         else:
             self.shutdown_request(request)
 

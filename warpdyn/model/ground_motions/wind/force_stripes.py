@@ -20,6 +20,14 @@ if TYPE_CHECKING:
     from warpdyn.model.structures.structure import Structure
 
 
+def checked_levels(levels: ArrayLike, units: str) -> np.ndarray:
+    """Return levels [units] as an array, shape [im_level]; raise a ValueError unless they increase from above 0."""
+    found = np.atleast_1d(real_numbers("levels", levels, units))
+    if found.ndim != 1 or not found.size or not np.all(np.isfinite(found) & (found > 0)) or np.any(np.diff(found) <= 0):
+        raise ValueError(f"levels must be a row of increasing values above 0 {units}, got {levels!r}")
+    return found
+
+
 @with_suggestions
 @dataclass(frozen=True, eq=False, repr=False)
 class ForceStripes(Excitation):
@@ -61,14 +69,7 @@ class ForceStripes(Excitation):
     is_force = True
 
     def __post_init__(self) -> None:
-        levels = np.atleast_1d(real_numbers("levels", self.levels, self.units))
-        if (
-            levels.ndim != 1
-            or not np.all(np.isfinite(levels))
-            or not np.all(levels > 0)
-            or np.any(np.diff(levels) <= 0)
-        ):
-            raise ValueError(f"levels must be a row of increasing values above 0 {self.units}, got {self.levels!r}")
+        levels = checked_levels(self.levels, self.units)
         histories = tuple(tuple(each) for each in self.histories)
         if len(histories) != levels.size:
             raise ValueError(
