@@ -147,9 +147,23 @@ def test_each_structure_has_its_own_frequency_of_a_harmonic_force():
         (lambda: WIND.force_history(60.0, 60.0), "duration over step is 1; it must be from 16"),
         (lambda: WIND.force_history(60.0, 0.1, rise=60.0), "rise=60 s must be shorter than duration=60 s"),
         (lambda: WIND.spectral_matrix([0.0]), "frequency .Hz. must be above 0"),
+        (lambda: WIND.spectral_matrix([[1.0, 2.0]]), "frequency must be a row of values .Hz., got shape .1, 2."),
+        (lambda: WIND.coherence([[1.0, 2.0]]), "frequency must be a row of values of at least 0 Hz"),
+        (lambda: wd.KaimalSpectrum(1.8).spectral_density([1.0, 2.0], [1.0, 2.0, 3.0], 30.0), "cannot be broadcast"),
+        (lambda: wd.KaimalSpectrum(1.8).scaled("2"), "factor must be a finite number above 0"),
+        (lambda: wd.KaimalSpectrum(1e200), "friction_velocity must be at most 1e.09"),
+        (lambda: WIND.stripes([], 28.0, 1, 60.0, 0.5), "levels must be a row of increasing values"),
+        (lambda: WIND.stripes([[20.0, 30.0]], 28.0, 1, 60.0, 0.5), "levels must be a row of increasing values"),
+        (lambda: WIND.stripes([-5.0, 30.0], 28.0, 1, 60.0, 0.5), "levels must be a row of increasing values"),
+        (lambda: WIND.stripes([20.0, 30.0], 28.0, 2**20, 6e4, 0.1), "2097152 force histories needs .* fewer levels= or histories="),
+        (lambda: wd.ForceStripes([], []), "levels must be a row of increasing values"),
+        (lambda: wd.ForceStripes(None, [1.0]), "one list of ForceHistory per level"),
+        (lambda: wd.ForceStripes([WIND.force_history(60.0, 0.5)], [10.0]), "one list of ForceHistory per level"),
+        (lambda: wd.ForceStripes({10.0: [WIND.force_history(60.0, 0.5)]}, [10.0]), "one list of ForceHistory per"),
+        (lambda: wd.ForceStripes([[WIND.force_history(60.0, 0.5)]], [10.0], 3), "quantity must be text, got 3"),
+        (lambda: wd.ForceStripes([[WIND.force_history(60.0, 0.5)]], [10.0], units=""), "units is empty"),
         (lambda: WIND.stripes([30.0, 20.0], 28.0, 1, 60.0, 0.5), "levels must be a row of increasing values"),
         (lambda: WIND.stripes([-5.0, 20.0], 28.0, 1, 60.0, 0.5), "levels must be a row of increasing values above 0"),
-        (lambda: WIND.stripes([[20.0, 30.0]], 28.0, 1, 60.0, 0.5), "levels must be a row of increasing values"),
         # 20 levels of 2^20 histories with 601 samples of 10 floors: 1e12 bytes
         (lambda: WIND.stripes(range(1, 21), 28.0, 2**20, 60.0, 0.1), "give fewer levels= or histories="),
         (lambda: WIND.force_history(1e6, 1e-3), "duration over step is 1,000,000,000"),
@@ -169,3 +183,50 @@ def test_each_structure_has_its_own_frequency_of_a_harmonic_force():
 def test_refused(call, message):
     with pytest.raises((TypeError, ValueError), match=message):
         call()
+
+
+def wind(**changed):
+    given = {"height": [4.0, 8.0, 12.0], "mean_speed": [22.0, 26.0, 29.0], "area": 100.0, "drag_coefficient": 1.3}
+    return wd.WindForces(**given | {"spectrum": wd.KaimalSpectrum(1.8)} | changed)
+
+
+@pytest.mark.fast
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda: wind(mean_speed=[80.0, 94.0, 104.0]), "speed at floor 3 is 104 m/s .*given in km/h, it would be 28.9"),
+        (lambda: wind(height=[4e3, 8e3, 12e3]), "height of the floor above the ground at floor 3.*given in mm"),
+        (lambda: wind(height=[12.0, 8.0, 4.0]), "floors may be listed from the top down"),
+        (lambda: wind(area=100e6), "area of the face of the floor.*given in mm2, it would be 100 m2"),
+        (lambda: wind(area=1.3, drag_coefficient=100.0), "area and drag_coefficient may be exchanged"),
+        (lambda: wind(drag_coefficient=130.0), "given in percent, it would be 1.3"),
+        (lambda: wind(decay_coefficient=1e4), "decay coefficient of the coherence is 10000"),
+        (lambda: wind(air_density=12.25), "N/m3 of weight, it would be 1.25 kg/m3"),
+        (lambda: wind(spectrum=wd.KaimalSpectrum(28.0)), "friction_velocity is about 0.06 times"),
+        (lambda: wind(spectrum=wd.VonKarmanSpectrum(0.18, 120.0)), "standard_deviation 0.1 to 0.3 times"),
+        (lambda: wind(spectrum=wd.DavenportSpectrum(28.0, 1.3)), "standard deviation of the turbulence over the mean"),
+        (lambda: wind(spectrum=wd.VonKarmanSpectrum(3.5, 0.12)), "given in km, it would be 120 m"),
+        (
+            lambda: wind().force_history(600.0, 10.0),
+            "sampling step of the wind forces is 10 s.*in ms, it would be 0.01",
+        ),
+        (lambda: wind().force_history(3.0, 0.1), "given in minutes, it would be 180 s"),
+        (lambda: wind().stripes([20.0, 30.0], 100.8, 1, 60.0, 0.5), "reference_speed given in km/h, it would be 0.966"),
+        (
+            lambda: wind().stripes([72.0, 108.0], 28.0, 1, 60.0, 0.5),
+            "of levels is 108 m/s.*in km/h, it would be 30 m/s",
+        ),
+    ],
+)
+def test_an_implausible_wind_gets_one_warning(call, message):
+    with pytest.warns(UserWarning, match=message) as record:
+        call()
+    assert len(record) == 1
+
+
+@pytest.mark.fast
+def test_a_usual_wind_gets_no_warning(recwarn):
+    wind().stripes([15.0, 30.0, 60.0], 28.0, 1, 60.0, 0.5)
+    wind(spectrum=wd.VonKarmanSpectrum(4.0, 120.0))
+    wind(spectrum=wd.DavenportSpectrum(25.0, 0.005)).force_history(60.0, 0.1, rise=1e-320)
+    assert not recwarn.list

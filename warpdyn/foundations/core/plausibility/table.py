@@ -32,6 +32,7 @@ from warpdyn.foundations.core.plausibility.check import (
     over_highest,
     with_units,
 )
+from warpdyn.foundations.core.plausibility.forces import CHECKS_OF_WIND
 from warpdyn.foundations.core.plausibility.frames import CHECKS_OF_FRAMES
 from warpdyn.foundations.core.plausibility.motions_and_targets import CHECKS_OF_MOTIONS
 from warpdyn.foundations.core.plausibility.soil_and_footings import CHECKS_OF_FOUNDATIONS
@@ -239,6 +240,7 @@ CHECKS: Mapping[str, Check] = {
     "spring_radius": Check("radius of the slider", "m", 0.4, 15.0, given_in(LENGTH)),
     **CHECKS_OF_FOUNDATIONS,
     **CHECKS_OF_FRAMES,
+    **CHECKS_OF_WIND,
     "plan_side": Check("side of the plan", "m", 2.0, 400.0, given_in(LENGTH)),
     # A uniform rectangle has 0.58; 1 is a mass in the corners.
     "gyration_over_plan": Check(

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from warpdyn.foundations.core.checks import real_numbers, whole_number
+from warpdyn.foundations.core.checks import checked_text, real_numbers, shortened, whole_number
 from warpdyn.foundations.core.description import NAMED_BY_SHAPE
 from warpdyn.foundations.core.near_misses import with_suggestions
 from warpdyn.foundations.core.output_variables import MEASURE
@@ -20,12 +20,24 @@ if TYPE_CHECKING:
     from warpdyn.model.structures.structure import Structure
 
 
+EXAMPLES = {"quantity": "mean wind speed", "units": "m s-1"}
+
+
 def checked_levels(levels: ArrayLike, units: str) -> np.ndarray:
-    """Return levels [units] as an array, shape [im_level]; raise a ValueError unless they increase from above 0."""
+    """Return levels of an intensity as an array, shape [im_level].
+
+    Raises:
+        ValueError: If levels are not a row of finite, increasing values above 0.
+    """
     found = np.atleast_1d(real_numbers("levels", levels, units))
-    if found.ndim != 1 or not found.size or not np.all(np.isfinite(found) & (found > 0)) or np.any(np.diff(found) <= 0):
-        raise ValueError(f"levels must be a row of increasing values above 0 {units}, got {levels!r}")
+    is_row = found.ndim == 1 and found.size > 0
+    if not is_row or not np.all(np.isfinite(found)) or not np.all(found > 0) or np.any(np.diff(found) <= 0):
+        raise ValueError(f"levels must be a row of increasing values above 0 {units}, got {shortened(levels)}")
     return found
+
+
+def _is_row(value: object) -> bool:
+    return isinstance(value, list | tuple)
 
 
 @with_suggestions
@@ -50,7 +62,7 @@ class ForceStripes(Excitation):
     Raises:
         ValueError: If the numbers of lists and of levels differ, a list is empty, levels are not above 0 and
             increasing, or histories have different numbers of degrees of freedom or an initial state.
-        TypeError: If a history is not a ForceHistory.
+        TypeError: If a history is not a ForceHistory, or `quantity` or `units` is not text.
 
     Example:
         >>> push = [wd.ForceHistory([[0.0, 0.0], [1e4, size], [0.0, 0.0]], step=0.1) for size in (1e4, 2e4, 4e4)]
@@ -69,7 +81,15 @@ class ForceStripes(Excitation):
     is_force = True
 
     def __post_init__(self) -> None:
+        for name in ("quantity", "units"):
+            if not checked_text(f"ForceStripes.{name}", getattr(self, name)):
+                raise ValueError(f"ForceStripes.{name} is empty: give, for example, {EXAMPLES[name]!r}")
         levels = checked_levels(self.levels, self.units)
+        if not _is_row(self.histories) or not all(_is_row(each) for each in self.histories):
+            raise TypeError(
+                "ForceStripes.histories must be one list of ForceHistory per level, such as [[first], [second, third]] "
+                f"for two levels, got {shortened(self.histories)}"
+            )
         histories = tuple(tuple(each) for each in self.histories)
         if len(histories) != levels.size:
             raise ValueError(

@@ -21,6 +21,8 @@ UNITS = {
     "denominator": "1",
 }
 
+LARGEST = 1e9  # of any parameter
+
 
 class WindSpectrum:
     """Base class of spectra of the along-wind turbulence."""
@@ -33,6 +35,8 @@ class WindSpectrum:
             value = real_number(
                 f"{type(self).__name__}.{field.name} [{UNITS[field.name]}]", getattr(self, field.name), above=0
             )
+            if value > LARGEST:  # its square would overflow
+                raise ValueError(f"{type(self).__name__}.{field.name} must be at most {LARGEST:g}, got {value:g}")
             object.__setattr__(self, field.name, value)
 
     def spectral_density(self, frequency: ArrayLike, height: ArrayLike, mean_speed: ArrayLike) -> np.ndarray:
@@ -44,7 +48,7 @@ class WindSpectrum:
             mean_speed: Mean wind speeds at these heights [m/s].
 
         Raises:
-            ValueError: If a value is not finite and above 0.
+            ValueError: If a value is not finite and above 0, or the shapes cannot be broadcast.
         """
         values = []
         for name, given in (("frequency [Hz]", frequency), ("height [m]", height), ("mean_speed [m/s]", mean_speed)):
@@ -52,13 +56,27 @@ class WindSpectrum:
             if np.any(value <= 0):
                 raise ValueError(f"{name} must be above 0, got {value.min():g}")
             values.append(value)
+        try:
+            np.broadcast_shapes(*(value.shape for value in values))
+        except ValueError as error:
+            shapes = ", ".join(str(value.shape) for value in values)
+            raise ValueError(
+                f"frequency, height and mean_speed have the shapes {shapes}, which cannot be broadcast: give one "
+                "height and one mean speed, or frequency of shape [frequency, 1]"
+            ) from error
         return self._density(*values)
 
     def _density(self, frequency: np.ndarray, height: np.ndarray, mean_speed: np.ndarray) -> np.ndarray:
         raise NotImplementedError
 
+    @property
+    def standard_deviation_of_turbulence(self) -> float:
+        """Standard deviation of the turbulence [m/s]: the root of the integral of the spectrum over the frequency."""
+        raise NotImplementedError
+
     def scaled(self, factor: float) -> Self:
-        """Return the spectrum for mean wind speeds that are multiplied by `factor`."""
+        """Return the spectrum for mean wind speeds that are multiplied by `factor` [1]; it must be above 0."""
+        factor = real_number("factor", factor, above=0)
         known: Any = self
         found: Self = replace(known, **{name: factor * getattr(self, name) for name in self.speeds})
         return found
@@ -91,6 +109,11 @@ class KaimalSpectrum(WindSpectrum):
     denominator: float = 50.0
 
     speeds = ("friction_velocity",)
+
+    @property
+    def standard_deviation_of_turbulence(self) -> float:
+        """Standard deviation of the turbulence [m/s]: u* (1.5 a / b)^(1/2)."""
+        return float(self.friction_velocity * np.sqrt(1.5 * self.numerator / self.denominator))
 
     def _density(self, frequency: np.ndarray, height: np.ndarray, mean_speed: np.ndarray) -> np.ndarray:
         x = frequency * height / mean_speed
@@ -125,6 +148,11 @@ class DavenportSpectrum(WindSpectrum):
 
     speeds = ("reference_speed",)
 
+    @property
+    def standard_deviation_of_turbulence(self) -> float:
+        """Standard deviation of the turbulence [m/s]: U10 (6 k)^(1/2)."""
+        return float(self.reference_speed * np.sqrt(6 * self.drag_coefficient))
+
     def _density(self, frequency: np.ndarray, height: np.ndarray, mean_speed: np.ndarray) -> np.ndarray:
         x = frequency * self.length / self.reference_speed
         density = 4 * self.drag_coefficient * self.reference_speed**2 * x**2 / (1 + x**2) ** (4 / 3) / frequency
@@ -153,6 +181,11 @@ class VonKarmanSpectrum(WindSpectrum):
     length: float
 
     speeds = ("standard_deviation",)
+
+    @property
+    def standard_deviation_of_turbulence(self) -> float:
+        """Standard deviation of the turbulence [m/s]."""
+        return self.standard_deviation
 
     def _density(self, frequency: np.ndarray, height: np.ndarray, mean_speed: np.ndarray) -> np.ndarray:
         x = frequency * self.length / mean_speed

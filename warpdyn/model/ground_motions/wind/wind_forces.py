@@ -8,8 +8,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.fft import irfft, next_fast_len
 
-from warpdyn.foundations.core.checks import check_memory, finite_numbers, real_number, whole_number
+from warpdyn.foundations.core.checks import check_memory, finite_numbers, real_number, shortened, whole_number
 from warpdyn.foundations.core.near_misses import suggests_names, with_suggestions
+from warpdyn.foundations.core.plausibility import PlausibilityFindings, meant_as_given
+from warpdyn.foundations.core.plausibility.forces import CHECKS_OF_WIND
 from warpdyn.foundations.core.random_numbers import Purpose, normals
 from warpdyn.model.ground_motions.forces import ForceHistory
 from warpdyn.model.ground_motions.wind.force_stripes import ForceStripes, checked_levels
@@ -93,6 +95,22 @@ class WindForces:
         for name, unit in (("decay_coefficient", "1"), ("air_density", "kg/m3")):
             number = real_number(f"WindForces.{name} [{unit}]", getattr(self, name), above=0)
             object.__setattr__(self, name, number)
+        self._warn_if_implausible()
+
+    def _warn_if_implausible(self) -> None:
+        """Give one warning of implausible heights, wind speeds, areas, coefficients and turbulence."""
+        height, speed = np.asarray(self.height), np.asarray(self.mean_speed)
+        findings = PlausibilityFindings()
+        findings.add("wind_height", height, along="floor")
+        findings.add("wind_height_over_floor_below", height[1:] / height[:-1])
+        findings.add("wind_speed", speed, along="floor")
+        findings.add("wind_area", self.area, along="floor")
+        findings.add("wind_drag_coefficient", self.drag_coefficient, along="floor")
+        findings.add("wind_decay_coefficient", self.decay_coefficient)
+        findings.add("air_density", self.air_density)
+        findings.add("turbulence_intensity", self.spectrum.standard_deviation_of_turbulence / speed, along="floor")
+        findings.add("turbulence_length", getattr(self.spectrum, "length", np.nan))
+        findings.warn()
 
     @property
     def _per_speed(self) -> np.ndarray:
@@ -116,8 +134,8 @@ class WindForces:
             ValueError: If a frequency is not finite or below 0.
         """
         values = np.atleast_1d(finite_numbers("frequency [Hz]", frequency))
-        if np.any(values < 0):
-            raise ValueError(f"frequency must be at least 0, got {values.min():g} Hz")
+        if values.ndim != 1 or np.any(values < 0):
+            raise ValueError(f"frequency must be a row of values of at least 0 Hz, got {shortened(frequency)}")
         z, speed = np.asarray(self.height), np.asarray(self.mean_speed)
         between = np.abs(z[:, None] - z) / (0.5 * (speed[:, None] + speed))
         coherence: np.ndarray = np.exp(-self.decay_coefficient * values[:, None, None] * between)
@@ -133,6 +151,8 @@ class WindForces:
             ValueError: If a frequency is not finite and above 0.
         """
         values = np.atleast_1d(finite_numbers("frequency [Hz]", frequency))
+        if values.ndim != 1:
+            raise ValueError(f"frequency must be a row of values [Hz], got shape {values.shape}")
         root = np.sqrt(self.spectrum.spectral_density(values[:, None], self.height, self.mean_speed))
         return self.coherence(values) * root[:, :, None] * root[:, None, :]
 
@@ -186,10 +206,14 @@ class WindForces:
         if rise >= duration:
             raise ValueError(f"rise={rise:g} s must be shorter than duration={duration:g} s")
         self._check_memory(number, duration, step, "a smaller number=")
+        findings = PlausibilityFindings()
+        findings.add("wind_step", step)
+        findings.add("wind_duration", duration)
+        findings.warn()
         samples, floors = round(duration / step) + 1, np.size(self.height)
         length = next_fast_len(samples, real=True)
         factors = self._amplitudes(length, step)
-        ramp = np.minimum(1.0, step * np.arange(samples) / rise) if rise else np.ones(samples)
+        ramp = np.minimum(step * np.arange(samples), rise) / rise if rise else np.ones(samples)
         found = []
         for index in range(first, first + number):
             drawn = normals(seed, index, Purpose.WIND, np.arange(len(factors) * floors)).reshape(-1, floors, 2)
@@ -243,13 +267,23 @@ class WindForces:
         reference = real_number("reference_speed [m/s]", reference_speed, above=0)
         count = whole_number("histories", histories, 1, 2**20)
         speeds = checked_levels(levels, "m s-1")
-        self._check_memory(count * speeds.size, *self._checked_times(duration, step), "fewer levels= or histories=")
-        found = [
-            self.at_speed(float(speed) / reference).force_histories(
-                count, duration, step, seed=seed, first=place * count, rise=rise
-            )
-            for place, speed in enumerate(speeds)
-        ]
+        duration, step = self._checked_times(duration, step)
+        self._check_memory(count * speeds.size, duration, step, "fewer levels= or histories=")
+        floors = np.asarray(self.mean_speed)
+        findings = PlausibilityFindings()
+        findings.add("wind_reference_speed", reference / floors[-1])
+        findings.add("wind_speed", speeds, " of levels")
+        findings.add("wind_speed", speeds[:, None] / reference * floors, " on a floor at the highest level")
+        findings.add("wind_step", step)
+        findings.add("wind_duration", duration)
+        findings.warn()
+        with meant_as_given(*CHECKS_OF_WIND):  # the warning above
+            found = [
+                self.at_speed(float(speed) / reference).force_histories(
+                    count, duration, step, seed=seed, first=place * count, rise=rise
+                )
+                for place, speed in enumerate(speeds)
+            ]
         return ForceStripes(found, speeds, structures_per_history=structures_per_history)
 
     @staticmethod
