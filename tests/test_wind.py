@@ -202,8 +202,8 @@ def wind(**changed):
         (lambda: wind(drag_coefficient=130.0), "given in percent, it would be 1.3"),
         (lambda: wind(decay_coefficient=1e4), "decay coefficient of the coherence is 10000"),
         (lambda: wind(air_density=12.25), "N/m3 of weight, it would be 1.25 kg/m3"),
-        (lambda: wind(spectrum=wd.KaimalSpectrum(28.0)), "friction_velocity is about 0.06 times"),
-        (lambda: wind(spectrum=wd.VonKarmanSpectrum(0.18, 120.0)), "standard_deviation 0.1 to 0.3 times"),
+        (lambda: wind(spectrum=wd.KaimalSpectrum(28.0)), "parameters of the spectrum may be in another unit"),
+        (lambda: wind(spectrum=wd.VonKarmanSpectrum(0.18, 120.0)), "friction_velocity instead of standard_deviation"),
         (lambda: wind(spectrum=wd.DavenportSpectrum(28.0, 1.3)), "standard deviation of the turbulence over the mean"),
         (lambda: wind(spectrum=wd.VonKarmanSpectrum(3.5, 0.12)), "given in km, it would be 120 m"),
         (
