@@ -4,12 +4,15 @@ import csv
 import sys
 from types import SimpleNamespace
 
-import gpu_scaling
 import numpy as np
 import pytest
 import xarray as xr
+from conftest import ROOT
 
 import warpdyn as wd
+
+sys.path.insert(0, str(ROOT / "studies"))
+import gpu_scaling
 
 
 def run_on(monkeypatch, tmp_path, results):
