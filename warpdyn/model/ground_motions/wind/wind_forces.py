@@ -30,7 +30,7 @@ class WindForces:
 
     The force on a floor is the mean force r C A U^2 / 2 plus r C A U u(t), with the mean wind speed U and the
     turbulence u(t); the term in u^2 and the motion of the building are neglected. u(t) is a stationary Gaussian
-    process with a spectrum; between two floors the cross-spectrum is the coherence exp(-C_z f |z1 - z2| / U_mean)
+    process with a spectrum; between two floors the cross-spectrum is the coherence exp(-C_z f abs(z1 - z2) / U_mean)
     (Davenport) times the root of the product of both spectra.
 
     Args:
