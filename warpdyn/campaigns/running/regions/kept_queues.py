@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 from warpdyn.engine.kernels.queues import CudaQueue, Queue, free_memory
 
-# Page-locked memory takes 0.4 s for each GB, and every allocation at least 0.1 ms: a third of the time of a run of 8
+# Page-locked memory takes 0.4 s for each GB, and every allocation at least 0.1 ms: 35 % of the time of a run of 8
 # million samples on four GPUs. Queues that hold more page-locked memory [bytes], or a larger share of the free memory
 # of a GPU, are deleted after their run, so that the memory is free for other programs.
 MOST_PAGE_LOCKED, SHARE_OF_A_GPU = 2**30, 1 / 32

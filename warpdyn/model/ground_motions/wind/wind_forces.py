@@ -253,7 +253,7 @@ class WindForces:
             duration: Duration [s].
             step: Sampling step [s], as in `force_histories`.
             seed: Seed of the random numbers.
-            rise: Time in which the forces increase from 0 [s]; None: a tenth of the duration.
+            rise: Time in which the forces increase from 0 [s]; None: 10 % of the duration.
             structures_per_history: As in `ForceStripes`.
 
         Raises:

@@ -137,13 +137,13 @@ class HingedFrame(HingedStructure):
     def given_braces(self) -> dict[str, Hinge]:
         """Springs with the stiffness and the parameters of whole braces that yield, by name."""
         found, dof = {}, next(iter(self.frame.diaphragms))
+        axial = beam_stiffness(self.frame.geometry, self.frame.nominal)[..., 0, 0].ravel()
         for name, (member, _), ((_, end), row) in zip(
             self.hinge_names, self.places_of_hinges, self.hinges.items(), strict=True
         ):
             if end == AXIAL:
-                stiffness = float(beam_stiffness(self.frame.geometry, self.frame.nominal)[..., member, 0, 0].item())
                 parameters = {key: value for key, value in row.items() if key != "law"}
-                found[name] = Hinge(name, dof, stiffness, row["law"], is_axial=True, **parameters)
+                found[name] = Hinge(name, dof, float(axial[member]), row["law"], is_axial=True, **parameters)
         return found
 
     def _gauges(self, names: Sequence[str]) -> tuple[list[Spring], list[float]]:
