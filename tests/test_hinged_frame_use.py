@@ -96,6 +96,32 @@ def test_gravity_that_makes_hinges_yield_is_warned_of():
     wd.HingedFrame(frame, {("B1_1", end): HINGE | {"yield_force": 16e4} for end in ("start", "end")})
 
 
+@pytest.mark.parametrize(
+    ("factor", "meant"), [(1e-3, "kN m, it would be 0.00609 rad"), (1e3, "N mm, it would be 0.00609 rad")]
+)
+def test_yield_moments_in_other_units_are_warned_of(factor, meant):
+    frame = changed(members={"C1_1": {"spring_start": factor * 1.4e9}})  # the stiffness of the spring is as wrong
+    hinges = {("C1_1", "start"): HINGE | {"yield_force": factor * HINGE["yield_force"]}}
+    # M_y L / (6 E I) of the column
+    with pytest.warns(UserWarning, match=f"M_y L .*'C1_1 start' is .*with yield_force given in {meant}") as caught:
+        wd.HingedFrame(frame, hinges)
+    assert len(caught) == 1
+    assert caught[0].filename == __file__
+    with wd.meant_as_given("hinge_yield_rotation"):
+        wd.HingedFrame(frame, hinges)
+    rigid = changed(members={"C1_1": {"spring_start": 1.4e9}}, sections={"C1_1": {"second_moment": 0.1}})
+    wd.HingedFrame(rigid, hinges)  # a rigid part, whose rotation has no usual value
+
+
+def test_yield_force_of_a_brace_in_kilonewtons_is_warned_of():
+    frame = changed(members={"D1": {"start": "J0_1", "end": "J1_2", "section": "C1_2", "kind": "truss"}})
+    force = 235e6 * frame.sections["C1_2"]["area"]  # N
+    brace = {"law": "elastic_perfectly_plastic", "yield_force": force}
+    wd.HingedFrame(frame, {("D1", "axial"): brace})
+    with pytest.warns(UserWarning, match="strain of the brace .* of 'D1 axial' .*yield_force given in kN"):
+        wd.HingedFrame(frame, {("D1", "axial"): brace | {"yield_force": 1e-3 * force}})
+
+
 def test_frame_with_too_many_massless_displacements_is_refused():
     nodes, members, supports = {}, {}, {}
     for level in range(13):

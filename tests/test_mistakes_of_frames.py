@@ -326,6 +326,36 @@ def test_other_units_are_warned_of(units, meant):
         wd.Frame(**in_units(**units))
 
 
+TRUSS = {"A": (0.0, 0.0), "B": (4.0, 0.0), "C": {"x": 2.0, "y": 1.5, "gravity_load": 2e4, "mass": 2e4 / 9.81}}
+
+
+@pytest.mark.parametrize(
+    ("area", "node", "meant"),
+    [
+        (
+            2e3,
+            {},
+            "area.*0.5 / length, of the inclined truss '2' is 17.8885 .*with area given in mm2, it would be 0.0179",
+        ),
+        (20.0, {}, "of the inclined truss '2' is 1.78885 .*with area given in cm2, it would be 0.0179"),
+        (2e-3, {"mass": 2e4}, "loads may be given in kg, or masses as weights in N"),
+        (2e-3, {"gravity_load": 2e4 / 9.81}, "loads may be given in kg, or masses as weights in N"),
+        (2e-3, {"gravity_load": 2e4 * 9.81}, "loads may be multiplied by g twice, or masses be divided by g"),
+    ],
+)
+def test_trusses_in_other_units_are_warned_of(area, node, meant):
+    def truss(area, **node):
+        bars = {"1": ("A", "B", "s", "truss"), "2": ("A", "C", "s", "truss"), "3": ("B", "C", "s", "truss")}
+        nodes = TRUSS | {"C": TRUSS["C"] | node}
+        sections = {"s": {"elastic_modulus": 2e11, "area": area}}
+        return wd.Frame(nodes, bars, sections, supports={"A": "pinned", "B": "roller"})
+
+    truss(2e-3)
+    with pytest.warns(UserWarning, match=meant) as caught:
+        truss(area, **node)
+    assert len(caught) == 1
+
+
 def test_frames_in_si_units_and_dimensionless_frames_are_not_warned_of():
     wd.Frame(**in_units())
     dimensionless = in_units(length=1e3)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from warpdyn.foundations.core.plausibility.check import FORCE, LENGTH, MASS, Check, given_in, with_units
+from warpdyn.foundations.core.plausibility.check import FORCE, LENGTH, MASS, Check, G, given_in, with_units
 
 CHECKS_OF_FRAMES: Mapping[str, Check] = {
     # Parts of members between nodes may be short; spans of 100 m are those of bridges.
@@ -33,5 +33,30 @@ CHECKS_OF_FRAMES: Mapping[str, Check] = {
         *("masses of the frame times g over its gravity loads", "1", 0.0, 100.0),
         with_units("gravity_load", {unit: size for unit, size in FORCE.items() if size >= 1e3}, -1),
         typical=1.0,
+    ),
+    "truss_width_over_length": Check(
+        *("width over length, area**0.5 / length, of the inclined truss", "1", 0.0, 0.5),
+        with_units("area", {"mm2": 1e-6, "cm2": 1e-4}, 0.5),
+        typical=0.05,
+    ),
+    # Only values within 1.5 % of 1 and of g**2 are checked: frames with a small part of the gravity loads are usual.
+    "frame_gravity_over_mass": Check(
+        *("gravity loads of the frame over its masses", "m/s2", 2.0, 9 * G),
+        {
+            "gravity loads may be given in kg, or masses as weights in N": lambda value: value < 2,
+            "gravity loads may be multiplied by g twice, or masses be divided by g": lambda value: value > 2,
+        },
+    ),
+    # Steel and concrete members have 0.002 to 0.03; squat members with little reinforcement have less.
+    "hinge_yield_rotation": Check(
+        *("rotation of the member end at the yield moment of its hinge, M_y L / (6 E I),", "rad", 5e-5, 0.5),
+        with_units("yield_force", {"kN m": 1e3, "MN m": 1e6, "N mm": 1e-3}),
+        typical=0.01,
+    ),
+    # Steel has 0.0012 to 0.0025; springs of braces with a short yielding part have less.
+    "brace_yield_strain": Check(
+        *("strain of the brace at its yield force, F_y / (E A),", "1", 5e-5, 0.05),
+        with_units("yield_force", {"kN": 1e3, "MN": 1e6}) | with_units("area", {"mm2": 1e-6, "cm2": 1e-4}, -1),
+        typical=2e-3,
     ),
 }

@@ -13,6 +13,7 @@ from warpdyn.engine.laws.elastic.parameters import Elastic
 from warpdyn.engine.laws.ibarra_medina_krawinkler.parameters import IbarraMedinaKrawinklerBilinear
 from warpdyn.foundations.core.near_misses import did_you_mean
 from warpdyn.model.structures.frames.frame import Frame
+from warpdyn.model.structures.frames.hinges.plausibility import warn_of_implausible_hinges
 from warpdyn.model.structures.frames.reduced_frame import ReducedFrame
 from warpdyn.model.structures.lumped.spring import Spring
 
@@ -101,6 +102,7 @@ class HingedStructure(ReducedFrame):
             damping_modes=damping_modes,
             damping_matrix=damping_matrix,
         )
+        warn_of_implausible_hinges(self)
 
     @property
     def hinge_names(self) -> tuple[str, ...]:

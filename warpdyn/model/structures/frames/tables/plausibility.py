@@ -12,6 +12,9 @@ from warpdyn.foundations.core.units import STANDARD_GRAVITY
 if TYPE_CHECKING:
     from warpdyn.model.structures.frames.frame import Frame
 
+# Largest relative difference of gravity loads [N] and masses [kg] that are the same numbers, or differ by g twice.
+SAME_NUMBERS = 0.015
+
 
 def warn_of_implausible_tables(frame: Frame) -> None:
     """Give one warning of implausible lengths, moduli, sections, and gravity loads over masses of a frame.
@@ -27,12 +30,19 @@ def warn_of_implausible_tables(frame: Frame) -> None:
     findings.add_each("elastic_modulus", list(modulus.values()), lambda place: f" {sections[place]!r}")
     radii = [float(np.sqrt(row["second_moment"] / row["area"])) for row in frame.sections.values()]
     findings.add_each("radius_of_gyration", radii, lambda place: f" {sections[place]!r}")
+    # Vertical and horizontal bars may be leaning columns and links, whose areas are large so that lengths stay equal.
+    along = np.diff(frame.coordinates[frame.ends], axis=1)[:, 0]
+    braces = np.flatnonzero(frame.geometry.is_bar & along.all(axis=1))
+    widths = np.sqrt(frame.nominal.area[braces]) / frame.geometry.length[braces]
+    findings.add_each("truss_width_over_length", widths.tolist(), lambda place: f" {members[braces[place]]!r}")
     nodal = sum(row["gravity_load"] for row in frame.nodes.values())
-    along = [row["gravity_load"] for row in frame.members.values()]
-    loads = nodal + float(np.abs(frame.geometry.length) @ along)  # N
+    per_length = [row["gravity_load"] for row in frame.members.values()]
+    loads = nodal + float(np.abs(frame.geometry.length) @ per_length)  # N
     mass = sum(row.get("ux", 0.0) for row in frame.masses.values())
     mass += float(frame.geometry.length @ frame.geometry.mass_per_length)
     if mass > 0 and loads > 0:
         findings.add("frame_gravity_over_weight", loads / (mass * STANDARD_GRAVITY))
         findings.add("frame_weight_over_gravity", mass * STANDARD_GRAVITY / loads)
+        if any(abs(loads / mass / suspect - 1) < SAME_NUMBERS for suspect in (1.0, STANDARD_GRAVITY**2)):
+            findings.add("frame_gravity_over_mass", loads / mass)
     findings.warn()
