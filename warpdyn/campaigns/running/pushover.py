@@ -175,7 +175,7 @@ def pushover(
     Raises:
         ValueError: If a displacement is not finite, or the pattern is unknown, negative or without a load on the roof;
             for a lumped structure, if a name is unknown, the loads have no resultant in the direction of a base motion,
-            or the structure has biaxial springs.
+            the structure has biaxial springs, or its equilibrium under gravity loads is unstable.
         RuntimeError: If no equilibrium is found at all, also not under the gravity loads.
         TypeError: If `building` is neither a ShearBuilding nor a LumpedStructure.
 

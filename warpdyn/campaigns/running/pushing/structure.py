@@ -17,6 +17,7 @@ from warpdyn.engine.laws.springs import StoreyRules
 from warpdyn.model.structures.lumped.structure import LumpedStructure
 
 LEAST_DESCENT = 1e-4  # decrease of the unbalanced force that a correction must reach, as a share of its linear decrease
+PARTS_OF_LOADS = 32  # in which permanent loads increase if they do not lead to a stable equilibrium at once
 MOST_TRIED = 8  # most springs that are tried as the only one that softens
 
 
@@ -68,9 +69,33 @@ class PushedStructure(Pushed):
             self._settle()
 
     def _settle(self) -> None:
-        """Move to the equilibrium under the permanent loads; all coordinates are free."""
-        self._try(cho_solve(self.factor, self.permanent))
-        scale = np.sqrt(self.permanent @ self.trial_displacement * self.load_stiffness)
+        """Move to the equilibrium under the permanent loads, at once or, if it is unstable, in parts of the loads."""
+        whole = self.permanent
+        for parts in (1, PARTS_OF_LOADS):
+            for state in (self.displacement, self.drift, self.memory, self.force):
+                state[...] = 0.0
+            for part in range(1, parts + 1):
+                self.permanent = whole * (part / parts)
+                problem = self._settling_problem()
+                if problem is not None:
+                    break
+                self.displacement[:] = self.trial_displacement
+                self._accept()
+            if problem is None:
+                break
+        self.permanent = whole
+        if problem is not None:
+            raise problem
+        self.at_rest[:] = self.displacement
+        dofs = self.structure.dofs
+        self.offset = self.rows[:, :dofs] @ self.at_rest[:dofs]
+        self.drift -= self.offset
+
+    def _settling_problem(self) -> Exception | None:
+        """Search the equilibrium under the permanent loads; all coordinates are free. Return an error if it fails."""
+        move = cho_solve(self.factor, self.permanent - self.elastic @ self.displacement - self.rows.T @ self.force)
+        self._try(self.displacement + move)
+        scale = np.sqrt(self.permanent @ cho_solve(self.factor, self.permanent) * self.load_stiffness)
         for _ in range(ITERATIONS):
             left = self._size(self._resistance())
             if left <= TOLERANCE * scale:
@@ -80,15 +105,37 @@ class PushedStructure(Pushed):
                 if self._descend(correction, left, has_loads=False):
                     break
         else:
-            raise RuntimeError(
+            return RuntimeError(
                 "pushover: no equilibrium under the gravity loads was found, because hinges yield under gravity: check "
                 "the units of gravity_load [N] and yield_force [N m]"
             )
-        self.at_rest[:] = self.displacement[:] = self.trial_displacement
-        self._accept()
-        dofs = self.structure.dofs
-        self.offset = self.rows[:, :dofs] @ self.at_rest[:dofs]
-        self.drift -= self.offset
+        if self._buckles():
+            return ValueError(
+                "pushover: no stable equilibrium under the gravity loads was found: hinges yield under gravity, and "
+                "the frame then resists its P-Delta moments too little. Check the units of gravity_load [N] and "
+                "yield_force [N m], reduce the loads, or give p_delta=False"
+            )
+        return None
+
+    def _buckles(self) -> bool:
+        """Return whether the trial state is unstable under loads that do not change.
+
+        It is unstable if the second-order work of a motion is negative, in which springs load or unload (Hill 1958, "A
+        general theory of uniqueness and stability in elastic-plastic solids"). The motions are the lowest modes.
+        """
+        tangents = self._tangents()
+        for sign in (1.0, -1.0):
+            chosen = tangents
+            for _ in range(MOST_TRIED):
+                motion = sign * eigh(self._matrix(chosen), self.initial, subset_by_index=[0, 0])[1][:, 0]
+                unloads = (self.rows @ motion) * self.trial_force < 0
+                branches = np.where(unloads, self.stiffness, tangents)
+                if motion @ self._matrix(branches) @ motion < -LEAST_STIFFNESS:  # 1 for the initial stiffness
+                    return True
+                if (branches == chosen).all():
+                    break
+                chosen = branches
+        return False
 
     @property
     def reached(self) -> float:
