@@ -27,17 +27,21 @@ def test_a_run_uses_the_memory_of_the_last_run(pretended, monkeypatch):  # noqa:
     assert [bool(kept) for kept in given] == [False, True]
     assert given[1][0].held  # arrays
     assert_same_bits(first, second)
-    wd.simulate(scene, **settings, memory=2**27)  # limited memory: neither takes queues nor leaves them
-    assert not given[2]
     with monkeypatch.context() as patched:  # a run that fails leaves nothing
         patched.setattr(devices.CudaQueue, "read_into", lambda *given: 1 / 0)
         with pytest.raises(ZeroDivisionError):
             wd.simulate(scene, **settings)
-    assert given[3]
+    assert given[2]
     wd.simulate(scene, **settings)
+    assert not given[3]
+    assert kept_queues._kept
+    wd.simulate(scene, **settings, memory=2**27)  # limited memory: frees the queues of the last run and leaves none
     assert not given[4]
+    assert not kept_queues._kept
+    wd.simulate(scene, **settings)
+    assert not given[5]
     monkeypatch.setattr(kept_queues, "SHARE_OF_A_GPU", 0.0)  # more memory than is kept
     wd.simulate(scene, **settings)
     wd.simulate(scene, **settings)
-    assert given[5]
-    assert not given[6]
+    assert given[6]
+    assert not given[7]

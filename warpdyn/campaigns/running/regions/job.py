@@ -234,7 +234,9 @@ class Host:
         key = tuple(execution.devices), execution.cores, prepared.job.key if execution.memory is not None else ""
         if key not in self._queues:
             self._queues.clear()  # frees the memory of the previous queues
-            kept = taken_queues(execution.devices) if execution.memory is None else []
+            kept = taken_queues(execution.devices)
+            if execution.memory is not None:
+                kept.clear()  # frees their memory
             self._queues[key] = open_queues(execution.devices, execution.cores, kept)
         return self._queues[key]
 
