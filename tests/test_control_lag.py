@@ -125,7 +125,34 @@ def test_longest_steps_of_lags_are_those_at_which_heun_and_rk4_do_not_grow(dampi
 
 
 def test_a_lag_in_milliseconds_is_reported():
-    late = [control.Actuator(1, time_constant=20.0)]
+    with wd.meant_as_given("actuator_time_constant"):
+        late = [control.Actuator(1, time_constant=20.0)]
     loop = control.Control(late, regulator=control.lqr(FRAME, late, force_weight=1e-8), sampling_interval=INTERVAL)
     with pytest.warns(UserWarning, match="lags behind its command by 90 degrees .* time_constant= is in seconds"):
         loop.check(FRAME, base_components=1)
+
+
+@pytest.mark.fast
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (
+            {"frequency": 8.0, "damping_ratio": 70.0},
+            "damping_ratio of the actuator is 70 .*in percent, it would be 0.7",
+        ),
+        ({"time_constant": 20.0}, "time_constant of the actuator is 20 s .*given in ms, it would be 0.02 s"),
+        ({"frequency": 8000.0, "damping_ratio": 0.7}, "frequency of the actuator is 8000 Hz"),
+    ],
+)
+def test_an_implausible_lag_gets_a_warning(arguments, message):
+    with pytest.warns(UserWarning, match=message):
+        control.Actuator(1, **arguments)
+
+
+@pytest.mark.fast
+def test_a_lag_with_a_wrong_name_or_an_infinite_rate_is_refused():
+    with pytest.raises(TypeError, match=r"has no argument 'time_constat' .did you mean 'time_constant'"):
+        control.Actuator(1, time_constat=0.02)
+    for arguments in ({"frequency": 1e300, "damping_ratio": 0.7}, {"time_constant": 1e-320}):
+        with pytest.raises(ValueError, match="not finite: check the unit of"):
+            control.Actuator(1, **arguments)

@@ -7,6 +7,7 @@ import pytest
 from scipy import integrate
 
 import warpdyn as wd
+from warpdyn.model.scene.plausibility import warn_of_implausible
 
 FLOORS = 4.0 * np.arange(1, 11)  # m
 SPEED = 28.0 * (FLOORS / 10) ** 0.22  # m/s
@@ -152,18 +153,19 @@ def test_each_structure_has_its_own_frequency_of_a_harmonic_force():
         (lambda: wd.KaimalSpectrum(1.8).spectral_density([1.0, 2.0], [1.0, 2.0, 3.0], 30.0), "cannot be broadcast"),
         (lambda: wd.KaimalSpectrum(1.8).scaled("2"), "factor must be a finite number above 0"),
         (lambda: wd.KaimalSpectrum(1e200), "friction_velocity must be at most 1e.09"),
-        (lambda: WIND.stripes([], 28.0, 1, 60.0, 0.5), "levels must be a row of increasing values"),
-        (lambda: WIND.stripes([[20.0, 30.0]], 28.0, 1, 60.0, 0.5), "levels must be a row of increasing values"),
-        (lambda: WIND.stripes([-5.0, 30.0], 28.0, 1, 60.0, 0.5), "levels must be a row of increasing values"),
+        (lambda: WIND.stripes([[20.0, 30.0]], 28.0, 1, 60.0, 0.5), "levels must be a row of finite values above 0"),
         (lambda: WIND.stripes([20.0, 30.0], 28.0, 2**20, 6e4, 0.1), "2097152 force histories needs .* fewer levels="),
-        (lambda: wd.ForceStripes([], []), "levels must be a row of increasing values"),
+        (lambda: wd.ForceStripes([], []), "levels must be a row of finite values above 0"),
         (lambda: wd.ForceStripes(None, [1.0]), "one list of ForceHistory per level"),
         (lambda: wd.ForceStripes([WIND.force_history(60.0, 0.5)], [10.0]), "one list of ForceHistory per level"),
         (lambda: wd.ForceStripes({10.0: [WIND.force_history(60.0, 0.5)]}, [10.0]), "one list of ForceHistory per"),
         (lambda: wd.ForceStripes([[WIND.force_history(60.0, 0.5)]], [10.0], 3), "quantity must be text, got 3"),
         (lambda: wd.ForceStripes([[WIND.force_history(60.0, 0.5)]], [10.0], units=""), "units is empty"),
-        (lambda: WIND.stripes([30.0, 20.0], 28.0, 1, 60.0, 0.5), "levels must be a row of increasing values"),
-        (lambda: WIND.stripes([-5.0, 20.0], 28.0, 1, 60.0, 0.5), "levels must be a row of increasing values above 0"),
+        (
+            lambda: WIND.stripes([30.0, 20.0], 28.0, 1, 60.0, 0.5),
+            "levels must increase, got .30.0, 20.0.: sort levels=",
+        ),
+        (lambda: WIND.stripes([-5.0, 20.0], 28.0, 1, 60.0, 0.5), "levels must be a row of finite values above 0 m s-1"),
         # 20 levels of 2^20 histories with 601 samples of 10 floors: 1e12 bytes
         (lambda: WIND.stripes(range(1, 21), 28.0, 2**20, 60.0, 0.1), "give fewer levels= or histories="),
         (lambda: WIND.force_history(1e6, 1e-3), "duration over step is 1,000,000,000"),
@@ -197,6 +199,11 @@ def wind(**changed):
         (lambda: wind(mean_speed=[80.0, 94.0, 104.0]), "speed at floor 3 is 104 m/s .*given in km/h, it would be 28.9"),
         (lambda: wind(height=[4e3, 8e3, 12e3]), "height of the floor above the ground at floor 3.*given in mm"),
         (lambda: wind(height=[12.0, 8.0, 4.0]), "floors may be listed from the top down"),
+        (
+            lambda: wind(height=[22.0, 26.0, 29.0], mean_speed=[4.0, 8.0, 12.0]),
+            "height and mean_speed may be exchanged",
+        ),
+        (lambda: wind(mean_speed=[29.0, 26.0, 22.0]), "mean_speed may be listed from the top down"),
         (lambda: wind(area=100e6), "area of the face of the floor.*given in mm2, it would be 100 m2"),
         (lambda: wind(area=1.3, drag_coefficient=100.0), "area and drag_coefficient may be exchanged"),
         (lambda: wind(drag_coefficient=130.0), "given in percent, it would be 1.3"),
@@ -222,6 +229,36 @@ def test_an_implausible_wind_gets_one_warning(call, message):
     with pytest.warns(UserWarning, match=message) as record:
         call()
     assert len(record) == 1
+
+
+@pytest.mark.fast
+def test_stripes_with_a_step_that_is_too_long_for_the_first_period_get_a_warning():
+    tower = wd.ShearBuilding([2e4] * 3, 2e7, 4.0, damping="rayleigh", damping_ratio=0.02)  # T = 0.45 s
+    warn_of_implausible(wd.Scene(tower, wind().stripes([20.0, 30.0], 28.0, 1, 60.0, 0.1)))
+    scene = wd.Scene(tower, wind().stripes([20.0, 30.0], 28.0, 1, 60.0, 0.5))
+    with pytest.warns(
+        UserWarning, match="step of the force histories over the first period of 0.446 s is 1.1.*shorter"
+    ):
+        warn_of_implausible(scene)
+
+
+@pytest.mark.fast
+def test_a_phase_in_degrees_gets_a_warning():
+    wd.HarmonicForce([1.0], 20.0, 10.0, phase=-2 * np.pi)
+    with pytest.warns(UserWarning, match="phase of the HarmonicForce is 90 rad .*in degrees, it would be 1.57 rad"):
+        wd.HarmonicForce([1.0], 20.0, 10.0, phase=90.0)
+
+
+@pytest.mark.fast
+def test_histories_do_not_depend_on_the_signs_of_eigenvectors(monkeypatch):
+    expected, eigh = wind().force_history(20.0, 0.5).values, np.linalg.eigh
+
+    def turned(matrix):
+        values, vectors = eigh(matrix)
+        return values, vectors * np.array([-1.0, 1.0, -1.0])
+
+    monkeypatch.setattr(np.linalg, "eigh", turned)
+    np.testing.assert_allclose(wind().force_history(20.0, 0.5).values, expected, rtol=1e-12)
 
 
 @pytest.mark.fast

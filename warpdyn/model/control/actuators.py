@@ -11,7 +11,9 @@ import numpy as np
 from warpdyn.engine.controllers.rules import DAMPER, FORCE, MAGNETORHEOLOGICAL, ActuatorRules
 from warpdyn.foundations.core.checks import real_number, shortened
 from warpdyn.foundations.core.frozen_values import FrozenMapping
-from warpdyn.foundations.core.near_misses import did_you_mean
+from warpdyn.foundations.core.near_misses import did_you_mean, with_suggestions
+from warpdyn.foundations.core.plausibility import PlausibilityFindings
+from warpdyn.foundations.core.plausibility.forces import CHECKS_OF_ACTUATORS
 from warpdyn.model.structures.lumped.structure import LumpedStructure
 from warpdyn.model.structures.shear_building import ShearBuilding
 from warpdyn.model.structures.structure import Structure
@@ -129,6 +131,7 @@ class _Attached:
         return 0.0
 
 
+@with_suggestions
 @dataclass(frozen=True, eq=False)
 class Actuator(_Attached):
     """An actuator whose force is the command: hydraulic cylinder, active tendon, or drive of an active mass damper.
@@ -182,6 +185,14 @@ class Actuator(_Attached):
             raise ValueError(
                 f"an actuator of second order needs frequency= [Hz] and damping_ratio= [1]: add, for example, {missing}"
             )
+        if not np.all(np.isfinite(self.lag)):
+            given = "frequency= [Hz]" if self.time_constant is None else "time_constant= [s]"
+            raise ValueError(f"the rates of the lag, {self.lag}, are not finite: check the unit of {given}")
+        findings = PlausibilityFindings()
+        for name in CHECKS_OF_ACTUATORS:
+            value = getattr(self, name.removeprefix("actuator_"))
+            findings.add(name, np.nan if value is None else value)
+        findings.warn()
 
     def rules(self, structure: Structure) -> ActuatorRules:
         """Return the kind, the place and the order of the lag of the actuator in a structure."""
@@ -195,10 +206,11 @@ class Actuator(_Attached):
         if self.frequency is None or self.damping_ratio is None:
             return ()
         turn = 2 * np.pi * self.frequency
-        return turn**2, 2 * self.damping_ratio * turn
+        return turn * turn, 2 * self.damping_ratio * turn
 
     def phase_lag(self, rate: float) -> float:
         """Return the angle [degrees] by which the force lags behind a command of this circular frequency [1/s]."""
+        rate = real_number("rate [1/s]", rate)
         if len(self.lag) == 1:
             return float(np.degrees(np.arctan2(rate, self.lag[0])))
         if len(self.lag) == 2:

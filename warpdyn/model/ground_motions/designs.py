@@ -16,7 +16,7 @@ from warpdyn.foundations.core.near_misses import with_suggestions
 from warpdyn.foundations.core.random_numbers import Purpose, uniforms
 from warpdyn.foundations.core.units import STANDARD_GRAVITY
 from warpdyn.model.ground_motions.excitation import Assignment, Excitation
-from warpdyn.model.ground_motions.intensities import intensities_of, measure_for
+from warpdyn.model.ground_motions.intensities import checked_levels, intensities_of, measure_for
 from warpdyn.model.ground_motions.measures.measure import IntensityMeasure
 from warpdyn.model.ground_motions.measures.one_component import PeakGroundAcceleration
 from warpdyn.model.ground_motions.motions import GroundMotion, checked_motions, checked_sets, one_list
@@ -129,11 +129,7 @@ class Stripes(Design):
         object.__setattr__(self, "measure", measure_for(motions, self.measure))
         intensities = intensities_of(motions, self.measure)
         units = self.measure.level_units
-        levels = np.atleast_1d(real_numbers("levels", self.levels, units))
-        if levels.ndim != 1 or levels.size == 0 or not np.all(np.isfinite(levels)) or levels[0] <= 0:
-            raise ValueError(f"levels must be a row of finite values above 0 {units}, got {self.levels}")
-        if np.any(np.diff(levels) <= 0):
-            raise ValueError(f"levels must increase, got {levels.tolist()}: sort levels=, and give each level once")
+        levels = checked_levels(self.levels, units)
         if self.measure.power == 0:
             raise ValueError(
                 f"{self.measure.name} does not grow with a motion's scale, so no motion can be scaled to a level: "

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 from warpdyn.foundations.core.checks import finite_numbers, real_number
 from warpdyn.foundations.core.messages import amount_of
 from warpdyn.foundations.core.near_misses import suggests_names, with_suggestions
+from warpdyn.foundations.core.plausibility import PlausibilityFindings
 from warpdyn.model.ground_motions.excitation import (
     THE_DURATION,
     SingleLoad,
@@ -99,7 +100,10 @@ class HarmonicForce(_FromInitialState, FormulaLoad):
         object.__setattr__(self, "duration", real_number("duration [s]", self.duration, above=0))
         frequency = real_number("circular_frequency [rad/s]", self.circular_frequency, least=0)
         object.__setattr__(self, "circular_frequency", frequency)
-        object.__setattr__(self, "phase", real_number("phase", self.phase))
+        object.__setattr__(self, "phase", real_number("phase [rad]", self.phase))
+        findings = PlausibilityFindings()
+        findings.add("phase", abs(self.phase), " of the HarmonicForce")
+        findings.warn()
 
     @property
     def forcing_frequency(self) -> float:

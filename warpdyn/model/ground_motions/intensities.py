@@ -1,4 +1,4 @@
-"""Intensities of the motions of a design, which are single motions or pairs of motions."""
+"""Levels of an intensity, and intensities of the motions of a design, which are single motions or pairs of motions."""
 
 from __future__ import annotations
 
@@ -6,12 +6,30 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
+from warpdyn.foundations.core.checks import real_numbers, shortened
 from warpdyn.foundations.core.messages import amount_of
 from warpdyn.model.ground_motions.measures.measure import IntensityMeasure
 from warpdyn.model.ground_motions.measures.pairs import GeometricMean, PairMeasure
 from warpdyn.model.ground_motions.motions import GroundMotion
 from warpdyn.model.ground_motions.pairs_of_motions import PairOfMotions, components_of
+
+
+def checked_levels(levels: ArrayLike, units: str) -> np.ndarray:
+    """Return levels of an intensity as an array, shape [im_level].
+
+    Raises:
+        ValueError: If levels are not a row of finite, increasing values above 0.
+    """
+    found = np.atleast_1d(real_numbers("levels", levels, units))
+    if found.ndim != 1 or found.size == 0 or not np.all(np.isfinite(found)) or found[0] <= 0:
+        raise ValueError(f"levels must be a row of finite values above 0 {units}, got {shortened(levels)}")
+    if np.any(np.diff(found) <= 0):
+        raise ValueError(
+            f"levels must increase, got {shortened(found.tolist())}: sort levels=, and give each level once"
+        )
+    return found
 
 
 def intensities_of(motions: Sequence[Any], measure: IntensityMeasure) -> np.ndarray:

@@ -44,6 +44,7 @@ from warpdyn.model.structures.structure import Structure
 FREE = 1e-12  # a mode is a free motion if its squared frequency is below this share of the highest one (rounding)
 MOST_GIVEN = 1024  # of the structures of GivenValues, at most this many are checked, at even distances
 LONGEST_FORCE_STEP = 1.0  # s; unlike records, forces are often given at only a few points
+LEAST_SAMPLES = 16  # of force histories whose step is compared with the first period; others are pulses of a few points
 # OpenQuake's name of an intensity measure -> name of the check of its levels. Accelerations have "intensity_level".
 LEVEL_BANDS = {
     "PGV": "velocity_level",
@@ -79,7 +80,7 @@ def warn_of_implausible(scene: Scene, *, step: float | None = None, longest_step
         if isinstance(one, ShearBuilding):
             _add_start_and_forces(findings, excitation, one)
     if not structure.is_machine:
-        _add_excitation(findings, excitation)
+        _add_excitation(findings, excitation, period)
     for given in (step, longest_step):
         if isinstance(given, int | float) and period > 0:
             # No method can resolve a vibration if the step is as long as the period.
@@ -197,11 +198,20 @@ def _add_start_and_forces(findings: PlausibilityFindings, excitation: Excitation
             findings.add("drift_ratio_of_force", (shear / building.parameters["stiffness"] / height).max())
 
 
-def _add_excitation(findings: PlausibilityFindings, excitation: Excitation) -> None:
-    """Add implausible values of a scene's excitation (steps, peaks, scale factors, levels) to `findings`."""
+def _add_excitation(findings: PlausibilityFindings, excitation: Excitation, period: float) -> None:
+    """Add implausible values of a scene's excitation (steps, peaks, scale factors, levels) to `findings`.
+
+    Args:
+        findings: Implausible values found so far.
+        excitation: The excitation.
+        period: Longest first period of the structures [s]; 0: unknown.
+    """
     if isinstance(excitation, ForceHistory | ForceStripes):
         longest = max(history.step for history in excitation.motions)
         findings.add("record_step", longest, " of the force history", high=LONGEST_FORCE_STEP)
+        is_sampled = all(len(history.values) >= LEAST_SAMPLES for history in excitation.motions)
+        if isinstance(excitation, ForceStripes) and is_sampled and period > 0:
+            findings.add("force_step_over_period", longest / period, f" of {period:.3g} s")
     if isinstance(excitation, FilteredNoise):
         process = excitation.spectrum.recursion(excitation.interval)
         for name in ("ground_damping_ratio", "filter_damping_ratio"):

@@ -1,7 +1,8 @@
-"""Plausibility checks of wind forces; part of the table of checks."""
+"""Plausibility checks of forces, wind and actuators; part of the table of checks."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 
 from warpdyn.foundations.core.plausibility.check import LENGTH, PERCENT, TIME, Check, G, given_in, with_units
@@ -24,6 +25,14 @@ CHECKS_OF_WIND: Mapping[str, Check] = {
         {
             "floors may be listed from the top down: list them from the ground up": lambda value: value < 1,
             "one of them may be in another unit than the others": lambda value: value > 1,
+        },
+    ),
+    # Exponents a of the power law U ~ z^a are 0.1 (sea) to 0.4 (centres of cities).
+    "wind_profile_exponent": Check(
+        *("exponent of a power law through the mean wind speeds at the lowest and highest floor", "1", -0.1, 1.0),
+        {
+            "height and mean_speed may be exchanged": lambda value: value > 1,
+            "mean_speed may be listed from the top down: list it from the ground up": lambda value: value < 0,
         },
     ),
     "wind_area": Check(
@@ -52,4 +61,35 @@ CHECKS_OF_WIND: Mapping[str, Check] = {
     ),
     "wind_step": Check("sampling step of the wind forces", "s", 0.0, 1.0, given_in(TIME), typical=0.1),
     "wind_duration": Check("duration of the wind forces", "s", 10.0, 4e4, given_in(_LONG_TIME), typical=600.0),
+}
+
+CHECKS_OF_ACTUATORS: Mapping[str, Check] = {
+    # Servo-hydraulic actuators have 0.3 to 1.
+    "actuator_damping_ratio": Check("damping_ratio of the actuator", "1", 1e-3, 5.0, given_in(PERCENT), typical=0.7),
+    "actuator_frequency": Check(
+        *("frequency of the actuator", "Hz", 0.01, 5e3),
+        given_in({"kHz": 1e3}) | {"it may be a time constant: give time_constant=": lambda value: value < 0.01},
+        typical=10.0,
+    ),
+    "actuator_time_constant": Check(
+        *("time_constant of the actuator", "s", 1e-5, 5.0),
+        given_in(TIME) | {"it may be a frequency in Hz: give frequency= and damping_ratio=": lambda value: value > 5},
+        typical=0.02,
+    ),
+}
+
+CHECKS_OF_FORCES: Mapping[str, Check] = {
+    "phase": Check(
+        *("absolute value of the phase", "rad", 0.0, 2 * math.pi),
+        given_in({"degrees": math.pi / 180}),
+        typical=1.0,
+    ),
+    # Forces that are linear between samples are 19 % too small at a frequency of 1 / (4 step).
+    "force_step_over_period": Check(
+        *("sampling step of the force histories over the first period", "1", 0.0, 0.25),
+        with_units("step", TIME)
+        | {"the histories have too few samples for vibrations at the first period: give a shorter step=": None},
+    ),
+    **CHECKS_OF_WIND,
+    **CHECKS_OF_ACTUATORS,
 }

@@ -32,7 +32,7 @@ from warpdyn.foundations.core.plausibility.check import (
     over_highest,
     with_units,
 )
-from warpdyn.foundations.core.plausibility.forces import CHECKS_OF_WIND
+from warpdyn.foundations.core.plausibility.forces import CHECKS_OF_FORCES
 from warpdyn.foundations.core.plausibility.frames import CHECKS_OF_FRAMES
 from warpdyn.foundations.core.plausibility.motions_and_targets import CHECKS_OF_MOTIONS
 from warpdyn.foundations.core.plausibility.soil_and_footings import CHECKS_OF_FOUNDATIONS
@@ -209,7 +209,7 @@ CHECKS: Mapping[str, Check] = {
     ),
     "spring_yield_rotation": Check(
         *("rotation at which the spring yields", "rad", 1e-5, 0.2),
-        with_units("yield_force", {"kN m": 1e3, "MN m": 1e6})
+        with_units("yield_force", {"kN m": 1e3, "MN m": 1e6, "N mm": 1e-3})
         | with_units("stiffness", {"kN m/rad": 1e3, "MN m/rad": 1e6}, -1),
     ),
     "springs_yield_over_weight": Check(
@@ -240,7 +240,7 @@ CHECKS: Mapping[str, Check] = {
     "spring_radius": Check("radius of the slider", "m", 0.4, 15.0, given_in(LENGTH)),
     **CHECKS_OF_FOUNDATIONS,
     **CHECKS_OF_FRAMES,
-    **CHECKS_OF_WIND,
+    **CHECKS_OF_FORCES,
     "plan_side": Check("side of the plan", "m", 2.0, 400.0, given_in(LENGTH)),
     # A uniform rectangle has 0.58; 1 is a mass in the corners.
     "gyration_over_plan": Check(

@@ -58,6 +58,7 @@ class VelocityPulse:
         object.__setattr__(self, "oscillations", cycles)
         findings = PlausibilityFindings()
         findings.add("pulse_amplitude", self.amplitude)
+        findings.add("phase", abs(self.phase), " of the VelocityPulse")
         findings.warn()
 
     @property

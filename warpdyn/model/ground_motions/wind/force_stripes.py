@@ -9,31 +9,19 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from warpdyn.foundations.core.checks import checked_text, real_numbers, shortened, whole_number
+from warpdyn.foundations.core.checks import checked_text, shortened, whole_number
 from warpdyn.foundations.core.description import NAMED_BY_SHAPE
 from warpdyn.foundations.core.near_misses import with_suggestions
 from warpdyn.foundations.core.output_variables import MEASURE
 from warpdyn.model.ground_motions.excitation import Assignment, Excitation
 from warpdyn.model.ground_motions.forces import ForceHistory
+from warpdyn.model.ground_motions.intensities import checked_levels
 
 if TYPE_CHECKING:
     from warpdyn.model.structures.structure import Structure
 
 
 EXAMPLES = {"quantity": "mean wind speed", "units": "m s-1"}
-
-
-def checked_levels(levels: ArrayLike, units: str) -> np.ndarray:
-    """Return levels of an intensity as an array, shape [im_level].
-
-    Raises:
-        ValueError: If levels are not a row of finite, increasing values above 0.
-    """
-    found = np.atleast_1d(real_numbers("levels", levels, units))
-    is_row = found.ndim == 1 and found.size > 0
-    if not is_row or not np.all(np.isfinite(found)) or not np.all(found > 0) or np.any(np.diff(found) <= 0):
-        raise ValueError(f"levels must be a row of increasing values above 0 {units}, got {shortened(levels)}")
-    return found
 
 
 def _is_row(value: object) -> bool:

@@ -14,7 +14,8 @@ from warpdyn.foundations.core.plausibility import PlausibilityFindings, meant_as
 from warpdyn.foundations.core.plausibility.forces import CHECKS_OF_WIND
 from warpdyn.foundations.core.random_numbers import Purpose, normals
 from warpdyn.model.ground_motions.forces import ForceHistory
-from warpdyn.model.ground_motions.wind.force_stripes import ForceStripes, checked_levels
+from warpdyn.model.ground_motions.intensities import checked_levels
+from warpdyn.model.ground_motions.wind.force_stripes import ForceStripes
 from warpdyn.model.ground_motions.wind.spectra import WindSpectrum
 
 LEAST_SAMPLES, MOST_SAMPLES = 16, 2**22
@@ -104,6 +105,8 @@ class WindForces:
         findings.add("wind_height", height, along="floor")
         findings.add("wind_height_over_floor_below", height[1:] / height[:-1])
         findings.add("wind_speed", speed, along="floor")
+        if np.all(np.diff(height) > 0):
+            findings.add("wind_profile_exponent", np.log(speed[-1] / speed[0]) / np.log(height[-1] / height[0]))
         findings.add("wind_area", self.area, along="floor")
         findings.add("wind_drag_coefficient", self.drag_coefficient, along="floor")
         findings.add("wind_decay_coefficient", self.decay_coefficient)
@@ -132,6 +135,11 @@ class WindForces:
 
         Raises:
             ValueError: If a frequency is not finite or below 0.
+
+        Example:
+            >>> wind = wd.WindForces([4.0, 8.0], [22.9, 26.7], 100.0, 1.3, wd.KaimalSpectrum(1.8))
+            >>> wind.coherence([0.1, 1.0])[:, 0, 1].round(3)
+            array([0.851, 0.199])
         """
         values = np.atleast_1d(finite_numbers("frequency [Hz]", frequency))
         if values.ndim != 1 or np.any(values < 0):
@@ -149,6 +157,12 @@ class WindForces:
 
         Raises:
             ValueError: If a frequency is not finite and above 0.
+
+        Example:
+            >>> wind = wd.WindForces([4.0, 8.0], [22.9, 26.7], 100.0, 1.3, wd.KaimalSpectrum(1.8))
+            >>> wind.spectral_matrix([0.1])[0].round(2)
+            array([[39.76, 34.87],
+                   [34.87, 42.21]])
         """
         values = np.atleast_1d(finite_numbers("frequency [Hz]", frequency))
         if values.ndim != 1:
@@ -164,6 +178,11 @@ class WindForces:
 
         Raises:
             ValueError: If the factor is not finite and above 0.
+
+        Example:
+            >>> wind = wd.WindForces([4.0, 8.0], [22.9, 26.7], 100.0, 1.3, wd.KaimalSpectrum(1.8))
+            >>> wind.at_speed(2.0).mean_speed
+            array([45.8, 53.4])
         """
         factor = real_number("factor", factor, above=0)
         return replace(self, mean_speed=factor * np.asarray(self.mean_speed), spectrum=self.spectrum.scaled(factor))
@@ -198,6 +217,11 @@ class WindForces:
         Raises:
             ValueError: If an argument is out of range, or the coherence is impossible (the spectral matrix has negative
                 eigenvalues).
+
+        Example:
+            >>> wind = wd.WindForces([4.0, 8.0], [22.9, 26.7], 100.0, 1.3, wd.KaimalSpectrum(1.8))
+            >>> wind.force_histories(3, duration=60.0, step=0.1, seed=1)[2]
+            ForceHistory(601 values every 0.1 s, 2 degrees of freedom)
         """
         number = whole_number("number", number, 1, 2**24)
         first, seed = whole_number("first", first, 0, 2**40), whole_number("seed", seed, 0)
@@ -228,7 +252,13 @@ class WindForces:
     def force_history(
         self, duration: float, step: float, *, seed: int = 0, index: int = 0, rise: float | None = None
     ) -> ForceHistory:
-        """Return one random force history; arguments and errors as in `force_histories`."""
+        """Return one random force history; arguments and errors as in `force_histories`.
+
+        Example:
+            >>> wind = wd.WindForces([4.0, 8.0], [22.9, 26.7], 100.0, 1.3, wd.KaimalSpectrum(1.8))
+            >>> wind.force_history(duration=60.0, step=0.1, seed=1, rise=6.0).values[0]  # N
+            array([0., 0.])
+        """
         return self.force_histories(1, duration, step, seed=seed, first=index, rise=rise)[0]
 
     @suggests_names
@@ -305,7 +335,7 @@ class WindForces:
         check_memory(f"{number} force histories", 8.0 * values, f"give {fewer}, or a longer step=")
 
     def _amplitudes(self, length: int, step: float) -> np.ndarray:
-        """Return factors of the amplitudes of harmonics [m/s], shape [frequency, dof, dof]: F F^T = S df."""
+        """Return factors of the amplitudes of harmonics [m/s], shape [frequency, dof, dof]: F F = S df."""
         spacing = 1 / (length * step)
         frequency = spacing * np.arange(1, (length - 1) // 2 + 1)
         values, vectors = np.linalg.eigh(self.spectral_matrix(frequency) * spacing)
@@ -317,4 +347,5 @@ class WindForces:
                 f"spectral matrix has an eigenvalue of {least[worst]:.2g} times the largest one): give mean "
                 "speeds that change less between neighbouring floors"
             )
-        return vectors * np.sqrt(np.maximum(values, 0.0))[:, None, :]
+        # The symmetric root F, which is unique: signs and order of eigenvectors depend on the LAPACK library.
+        return vectors * np.sqrt(np.maximum(values, 0.0))[:, None, :] @ np.swapaxes(vectors, -1, -2)
