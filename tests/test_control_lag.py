@@ -142,6 +142,7 @@ def test_a_lag_in_milliseconds_is_reported():
         ),
         ({"time_constant": 20.0}, "time_constant of the actuator is 20 s .*given in ms, it would be 0.02 s"),
         ({"frequency": 8000.0, "damping_ratio": 0.7}, "frequency of the actuator is 8000 Hz"),
+        ({"stroke_limit": 300.0}, "stroke_limit of the actuator is 300 m .*given in mm, it would be 0.3 m"),
     ],
 )
 def test_an_implausible_lag_gets_a_warning(arguments, message):
@@ -156,3 +157,5 @@ def test_a_lag_with_a_wrong_name_or_an_infinite_rate_is_refused():
     for arguments in ({"frequency": 1e300, "damping_ratio": 0.7}, {"time_constant": 1e-320}):
         with pytest.raises(ValueError, match="not finite: check the unit of"):
             control.Actuator(1, **arguments)
+    with pytest.raises(ValueError, match="rate .1/s. must be a finite number, got 'a'"):
+        control.Actuator(1, time_constant=0.02).phase_lag("a")

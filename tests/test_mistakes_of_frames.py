@@ -356,6 +356,29 @@ def test_trusses_in_other_units_are_warned_of(area, node, meant):
     assert len(caught) == 1
 
 
+@pytest.mark.parametrize(
+    ("section", "load", "meant"),
+    [
+        ({"shear_modulus": 8e4, "shear_area": 0.005}, 6e5, "with shear_modulus given in MPa or N/mm2, it would be 0.4"),
+        ({"shear_modulus": 8e10, "shear_area": 5e3}, 6e5, "with shear_area given in mm2, it would be 0.595"),
+        (
+            {"moment_capacity": 300.0},
+            6e5,
+            "'b' .moment_capacity. is .*with the capacity given in kN or kN m, .* 0.0010",
+        ),
+        ({"axial_capacity": 2e3}, 6e5, "'b' .axial_capacity. is .*with the capacity given in kN or kN m, .* 0.0011"),
+        ({}, -6e5, "sum of the gravity loads of the frame is -600000 N .*remove the minus signs"),
+    ],
+)
+def test_implausible_sections_and_loads_are_warned_of(section, load, meant):
+    given = in_units()
+    given["sections"]["b"] |= section
+    given["nodes"]["B"]["gravity_load"] = load
+    with pytest.warns(UserWarning, match=meant) as caught:
+        wd.Frame(**given)
+    assert len(caught) == 1
+
+
 def test_frames_in_si_units_and_dimensionless_frames_are_not_warned_of():
     wd.Frame(**in_units())
     dimensionless = in_units(length=1e3)

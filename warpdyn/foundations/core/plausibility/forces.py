@@ -66,6 +66,7 @@ CHECKS_OF_WIND: Mapping[str, Check] = {
 CHECKS_OF_ACTUATORS: Mapping[str, Check] = {
     # Servo-hydraulic actuators have 0.3 to 1.
     "actuator_damping_ratio": Check("damping_ratio of the actuator", "1", 1e-3, 5.0, given_in(PERCENT), typical=0.7),
+    "actuator_stroke_limit": Check("stroke_limit of the actuator", "m", 0.0, 10.0, given_in(LENGTH), typical=0.3),
     "actuator_frequency": Check(
         *("frequency of the actuator", "Hz", 0.01, 5e3),
         given_in({"kHz": 1e3}) | {"it may be a time constant: give time_constant=": lambda value: value < 0.01},

@@ -47,9 +47,31 @@ CHECKS_OF_FRAMES: Mapping[str, Check] = {
             "gravity loads may be multiplied by g twice, or masses be divided by g": lambda value: value > 2,
         },
     ),
+    "frame_gravity_load": Check(
+        *("sum of the gravity loads of the frame", "N", 1.0, 1e11),
+        {"gravity_load is downward if it is above 0: remove the minus signs": None},
+    ),
+    # Steel has 0.38, timber 0.06.
+    "shear_over_elastic_modulus": Check(
+        *("shear_modulus over elastic_modulus of the section", "1", 0.01, 1.0),
+        with_units("shear_modulus", {"MPa or N/mm2": 1e6, "GPa or kN/mm2": 1e9, "kPa or kN/m2": 1e3}),
+        typical=0.4,
+    ),
+    # Areas may be large so that members keep their lengths, so that only a large ratio is unusual.
+    "shear_area_over_area": Check(
+        *("shear_area over area of the section", "1", 0.0, 100.0),
+        with_units("shear_area", {"mm2": 1e-6, "cm2": 1e-4}),
+        typical=0.8,
+    ),
+    # Yield strains are 0.001 to 0.002; shear capacities lead to less.
+    "capacity_strain": Check(
+        *("strain at the capacity of the section", "1", 1e-5, 1.0),
+        with_units("the capacity", {"kN or kN m": 1e3, "MN or MN m": 1e6}),
+        typical=1e-3,
+    ),
     # Steel and concrete members have 0.002 to 0.03; squat members with little reinforcement have less.
     "hinge_yield_rotation": Check(
-        *("rotation of the member end at the yield moment of its hinge, M_y L / (6 E I),", "rad", 5e-5, 0.5),
+        *("rotation of the member end at the yield moment of its hinge, M_y L / (6 E I),", "rad", 5e-5, 1.0),
         with_units("yield_force", {"kN m": 1e3, "MN m": 1e6, "N mm": 1e-3}),
         typical=0.01,
     ),

@@ -15,6 +15,8 @@ if TYPE_CHECKING:
 # Members whose length is below this number of radii of gyration are rigid parts of joints or walls. Their hinges are
 # not checked, because their yield rotations, which other members and springs determine, have no usual values.
 LEAST_SLENDERNESS = 3.0
+STRONG_ROTATION = 1e3  # rad; stronger hinges, such as with a yield_force of 1e12 N m, are meant to stay elastic
+STRONG_STRAIN = 0.05  # the same for braces
 
 
 def warn_of_implausible_hinges(structure: HingedStructure) -> None:
@@ -41,6 +43,8 @@ def warn_of_implausible_hinges(structure: HingedStructure) -> None:
             strains[name] = strength / (modulus * area)
         elif length >= LEAST_SLENDERNESS * np.sqrt(inertia / area):
             rotations[name] = strength * length / (6 * modulus * inertia)
+    rotations = {name: each for name, each in rotations.items() if each < STRONG_ROTATION}
+    strains = {name: each for name, each in strains.items() if each < STRONG_STRAIN}
     findings = PlausibilityFindings()
     for check, found in (("hinge_yield_rotation", rotations), ("brace_yield_strain", strains)):
         names = list(found)

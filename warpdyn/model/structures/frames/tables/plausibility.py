@@ -35,14 +35,33 @@ def warn_of_implausible_tables(frame: Frame) -> None:
     braces = np.flatnonzero(frame.geometry.is_bar & along.all(axis=1))
     widths = np.sqrt(frame.nominal.area[braces]) / frame.geometry.length[braces]
     findings.add_each("truss_width_over_length", widths.tolist(), lambda place: f" {members[braces[place]]!r}")
+    _add_shear_and_capacities(findings, frame)
     nodal = sum(row["gravity_load"] for row in frame.nodes.values())
     per_length = [row["gravity_load"] for row in frame.members.values()]
     loads = nodal + float(np.abs(frame.geometry.length) @ per_length)  # N
     mass = sum(row.get("ux", 0.0) for row in frame.masses.values())
     mass += float(frame.geometry.length @ frame.geometry.mass_per_length)
+    findings.add("frame_gravity_load", loads if loads else np.nan)
     if mass > 0 and loads > 0:
         findings.add("frame_gravity_over_weight", loads / (mass * STANDARD_GRAVITY))
         findings.add("frame_weight_over_gravity", mass * STANDARD_GRAVITY / loads)
         if any(abs(loads / mass / suspect - 1) < SAME_NUMBERS for suspect in (1.0, STANDARD_GRAVITY**2)):
             findings.add("frame_gravity_over_mass", loads / mass)
     findings.warn()
+
+
+def _add_shear_and_capacities(findings: PlausibilityFindings, frame: Frame) -> None:
+    """Add implausible shear stiffnesses and capacities of sections to `findings`.
+
+    The strain at a capacity is N / (E A), V / (E A) or M r / (E I) with the radius of gyration r.
+    """
+    for name, row in frame.sections.items():
+        modulus, area, inertia = row["elastic_modulus"], row["area"], row["second_moment"]
+        if row["shear_area"] > 0:
+            findings.add("shear_over_elastic_modulus", row["shear_modulus"] / modulus, f" {name!r}")
+            findings.add("shear_area_over_area", row["shear_area"] / area, f" {name!r}")
+        stiffness = {"axial": modulus * area, "shear": modulus * area, "moment": modulus * np.sqrt(inertia * area)}
+        for kind, each in stiffness.items():
+            strain = row[f"{kind}_capacity"] / each if each > 0 else np.inf
+            if strain < 1:  # larger capacities are meant to be infinite
+                findings.add("capacity_strain", strain, f" {name!r} ({kind}_capacity)")
