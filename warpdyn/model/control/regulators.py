@@ -12,6 +12,7 @@ from scipy.linalg import block_diag, expm, solve_continuous_are, solve_discrete_
 
 from warpdyn.engine.controllers.rules import ACCELERATION, DISPLACEMENT, OF_DOFS, VELOCITY
 from warpdyn.foundations.core.checks import finite_numbers, one_of, real_number, whole_number
+from warpdyn.foundations.core.plausibility import PlausibilityFindings
 from warpdyn.model.control.state_space import StateSpace, state_space
 from warpdyn.model.structures.structure import Structure
 
@@ -148,7 +149,17 @@ def lqr(
     system = state_space(structure, actuators, parameters)
     weights = _weights(system, state_weight, acceleration_weight, force_weight)
     gain = _gain(system, weights, sampling_interval)
+    _warn_without_effect(system, gain)
     return Regulator(gain, sampling_interval=sampling_interval, dofs=structure.dofs)
+
+
+def _warn_without_effect(system: StateSpace, gain: np.ndarray) -> None:
+    """Warn if a gain hardly changes the eigenvalues of the structure."""
+    alone, controlled = (np.linalg.eigvals(each) for each in (system.dynamics, system.dynamics - system.input @ gain))
+    nearest = np.abs(controlled[:, None] - alone).min(axis=1)
+    findings = PlausibilityFindings()
+    findings.add("regulator_effect", float((nearest / np.abs(alone).max()).max()))
+    findings.warn()
 
 
 def lqg(

@@ -91,6 +91,11 @@ CHECKS_OF_FORCES: Mapping[str, Check] = {
         with_units("step", TIME)
         | {"the histories have too few samples for vibrations at the first period: give a shorter step=": None},
     ),
+    # The eigenvalues depend on gains over masses; a regulator whose effect is smaller than this is useless.
+    "regulator_effect": Check(
+        *("largest change of an eigenvalue of the structure by the regulator, over the largest one,", "1", 1e-6, 1e9),
+        {"force_weight may be too large: for forces in N, it is often 1e-12 to 1e-6": None},
+    ),
     **CHECKS_OF_WIND,
     **CHECKS_OF_ACTUATORS,
 }
