@@ -94,7 +94,10 @@ CHECKS_OF_FORCES: Mapping[str, Check] = {
     # The eigenvalues depend on gains over masses; a regulator whose effect is smaller than this is useless.
     "regulator_effect": Check(
         *("largest change of an eigenvalue of the structure by the regulator, over the largest one,", "1", 1e-6, 1e9),
-        {"force_weight may be too large: for forces in N, it is often 1e-12 to 1e-6": None},
+        {
+            "force_weight may be too large or state_weight too small: with state_weight='energy' and forces in N, "
+            "force_weight is often 1e-12 to 1e-6": None
+        },
     ),
     **CHECKS_OF_WIND,
     **CHECKS_OF_ACTUATORS,
