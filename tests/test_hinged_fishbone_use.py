@@ -10,7 +10,12 @@ from hinge_cases import HEIGHTS, motion, reference_model, steel
 import warpdyn as wd
 
 pytestmark = pytest.mark.meant_as_given(
-    "no_damping", "damping_ratio", "first_period", "strongest_motion", "peak_ground_acceleration"
+    "no_damping",
+    "damping_ratio",
+    "first_period",
+    "strongest_motion",
+    "peak_ground_acceleration",
+    "hinge_yield_rotation",  # hinges that stay elastic
 )
 HINGE = {"law": "bilinear", "yield_force": 5e6, "hardening_ratio": 0.02}
 

@@ -47,6 +47,6 @@ def warn_of_implausible_hinges(structure: HingedStructure) -> None:
     strains = {name: each for name, each in strains.items() if each < STRONG_STRAIN}
     findings = PlausibilityFindings()
     for check, found in (("hinge_yield_rotation", rotations), ("brace_yield_strain", strains)):
-        names = list(found)
-        findings.add_each(check, list(found.values()), lambda place, names=names: f" of {names[place]!r}")
+        for name, value in found.items():
+            findings.add(check, value, f" of {name!r}")
     findings.warn()

@@ -53,15 +53,21 @@ def warn_of_implausible_tables(frame: Frame) -> None:
 def _add_shear_and_capacities(findings: PlausibilityFindings, frame: Frame) -> None:
     """Add implausible shear stiffnesses and capacities of sections to `findings`.
 
-    The strain at a capacity is N / (E A), V / (E A) or M r / (E I) with the radius of gyration r.
+    The strain at a capacity is N / (E A), V / (E A) or M r / (E I) with the radius of gyration r. The section with the
+    largest strain is checked: leaning columns may have a very large area.
     """
     for name, row in frame.sections.items():
-        modulus, area, inertia = row["elastic_modulus"], row["area"], row["second_moment"]
         if row["shear_area"] > 0:
-            findings.add("shear_over_elastic_modulus", row["shear_modulus"] / modulus, f" {name!r}")
-            findings.add("shear_area_over_area", row["shear_area"] / area, f" {name!r}")
-        stiffness = {"axial": modulus * area, "shear": modulus * area, "moment": modulus * np.sqrt(inertia * area)}
-        for kind, each in stiffness.items():
-            strain = row[f"{kind}_capacity"] / each if each > 0 else np.inf
-            if strain < 1:  # larger capacities are meant to be infinite
-                findings.add("capacity_strain", strain, f" {name!r} ({kind}_capacity)")
+            ratio = row["shear_modulus"] / row["elastic_modulus"]
+            findings.add("shear_over_elastic_modulus", ratio, f" {name!r}")
+            findings.add("shear_area_over_area", row["shear_area"] / row["area"], f" {name!r}")
+    for kind in ("axial", "shear", "moment"):
+        strains = {}
+        for name, row in frame.sections.items():
+            size = np.sqrt(row["second_moment"] * row["area"]) if kind == "moment" else row["area"]
+            capacity = row[f"{kind}_capacity"]
+            if size > 0 and np.isfinite(capacity):
+                strains[name] = capacity / (row["elastic_modulus"] * size)
+        largest = max(strains, key=strains.__getitem__, default="")
+        if largest and strains[largest] < 1:  # larger capacities are meant to be infinite
+            findings.add("capacity_strain", strains[largest], f" {largest!r} ({kind}_capacity)")
