@@ -50,6 +50,7 @@ def changed(**changes: Any) -> wd.Frame:
         ({("C1_1", "start"): {"yield_force": 5e6}}, "needs a dictionary with 'law'"),
         ({("C1_1", "start"): HINGE | {"stiffness": 1e9}}, "remove stiffness of .*: it is spring_start"),
         ({("C1_1", "start"): {"law": "bouc_wen"}}, "hinge 'C1_1 start': 'bouc_wen' is not a law of hinges"),
+        ({("C1_1", "start"): {"law": None}}, "'None' is not a law of hinges; choose one of bilinear"),
         ({}, "hinges is empty: give at least one hinge.*Frame.lumped"),
     ],
 )

@@ -295,5 +295,6 @@ def refuse_gravity_above_buckling(frame: Frame, what: str, instead: str = "") ->
     if found.size and found[0] <= 1:
         raise ValueError(
             f"{what}: gravity is {1 / found[0]:.4g} times the buckling load of the elastic frame (buckling factor "
-            f"{found[0]:.4g}): reduce the gravity loads, or stiffen the frame"
+            f"{found[0]:.4g}): check the units of gravity_load [N], elastic_modulus [Pa] and springs [N m/rad], reduce "
+            "the gravity loads, or stiffen the frame"
         )

@@ -37,8 +37,9 @@ class Hinge(Spring):
     def __init__(
         self, name: str, dof: str, stiffness: float, law: Any, *, is_axial: bool = False, **parameters: float
     ) -> None:
-        if isinstance(law, str) and law not in (each.name for each in LAWS_OF_HINGES):
-            raise ValueError(_unknown_law(name, law))
+        called = law if isinstance(law, str) else getattr(law, "name", law)
+        if called not in [each.name for each in LAWS_OF_HINGES]:
+            raise ValueError(_unknown_law(name, str(called)))
         super().__init__(name, {dof: 1.0}, law=law, stiffness=stiffness, rotational=not is_axial, **parameters)
         self.direction = {dof: 0.0}  # its moment acts on massless rotations
         if self.law not in LAWS_OF_HINGES:
