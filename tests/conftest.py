@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gc
+import importlib
 import os
 import re
 import resource
@@ -11,7 +12,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager, nullcontext
+from contextlib import contextmanager, nullcontext, suppress
 from pathlib import Path
 
 import pytest
@@ -29,6 +30,17 @@ ROOT = Path(__file__).parents[1]
 signal.signal(signal.SIGINT, signal.default_int_handler)
 built_for = wp.config.optimization_level  # the level of optimisation that cached kernels were built for
 PATIENCE = 300  # seconds that the main job of `.ci/run` may still take
+# The files that take longest, by `--durations=0`, begin first, in this order, and those that compile next to nothing
+# begin last: a long one that began last would leave the other cores idle.
+LONGEST = """
+    lumped_structure verification_problems combinations lumped_implicit readme combinations_sm90 written_laws cluster
+    hinged_fishbone_laws recording_start law_contract contacts biaxial_springs p695_fragility docstring_examples
+    storeys_of_lumped_structures hinged_fishbone_use rounding hinged_fishbone gpu_queue parameter_pages frame_lumped
+    regions law_asymmetric p_delta frame_opensees preparation_of_damping blocks certify hinged_frame resultant_outputs
+    implicit_search linear filtered_noise lumped_storeys lone_samples builders_pounding_row devices maxwell_damper
+    accuracy_speed isolation_study propagators portfolio preparation_of_laws simcenter_study lumped_scatter
+    builders_torsion torsion_study hosted_notebook
+"""
 # Composing kernels makes objects by the million, few of them in cycles: looking for cycles less often saves a twelfth
 # of the processor time.
 gc.set_threshold(50_000, 20, 50)
@@ -105,6 +117,11 @@ def _forget_kernels_of_another_level() -> None:
                     factory.cache_clear()
 
 
+def pytest_configure(config: pytest.Config) -> None:
+    """Keep the order of the files below; pytest-xdist would begin with those that have most tests."""
+    config.option.loadscopereorder = False
+
+
 def pytest_addoption(parser: pytest.Parser) -> None:
     """Let the study of the summary of checks ask for the figures that tests measure."""
     parser.addoption("--validation", metavar="FILE", help="run what uses `measured` alone, and write its figures")
@@ -178,6 +195,20 @@ def compile_here() -> None:
     compilation.MOST_PROCESSES = 1
 
 
+def pytest_collection(session: pytest.Session) -> None:
+    """Let every second process of a whole run import the test files in reverse order, before it collects them.
+
+    The processes begin at the same time, and each would rewrite the assertions of all files, which takes 12 s. In this
+    way each rewrites half of them, and reads the other half from the byte code that the other process has written.
+    """
+    worker = getattr(session.config, "workerinput", {}).get("workerid", "gw0")
+    tests = Path(__file__).parent
+    if int(worker.removeprefix("gw")) % 2 and [Path(each).resolve() for each in session.config.args] == [tests]:
+        for file in sorted(tests.glob("test_*.py"), reverse=True):
+            with suppress(Exception, pytest.skip.Exception):  # reported when the file is collected
+                importlib.import_module(file.stem)
+
+
 @pytest.hookimpl(trylast=True)
 def pytest_collection_finish() -> None:
     """Keep the garbage collector from going through all tests again and again: they stay until the end."""
@@ -186,7 +217,13 @@ def pytest_collection_finish() -> None:
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """Let `-m fast` leave out the thorough cases of a file that is marked `fast`, and `--validation` other tests."""
+    """Let `-m fast` leave out the thorough cases of a file that is marked `fast`, and `--validation` other tests.
+
+    Files come in the order of their duration, as far as it is known.
+    """
+    compiling = {item.path for item in items if not item.get_closest_marker("fast")}
+    places = {f"test_{name}": place for place, name in enumerate(LONGEST.split())}
+    items.sort(key=lambda item: (item.path not in compiling, places.get(item.path.stem, len(places))))
     if config.getoption("--validation"):
         items[:] = [item for item in items if "measured" in getattr(item, "fixturenames", ())]
     if config.option.markexpr == "fast":

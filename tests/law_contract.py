@@ -51,20 +51,21 @@ def drawn_storeys(name: str, row: str) -> dict[str, np.ndarray]:
     """Return parameters of storeys, [structure, storey], for which a law or device uses a variant."""
     element, rng = ELEMENTS[name], np.random.default_rng(len(name) + 100 * len(row))
     found: list[dict[str, float]] = []
+    sides = [{key: each for key, each in element.parameters.items() if not each.optional}]
+    if "asymmetric" in row:  # a negative side that goes with a positive side
+        sides.append({key: each for key, each in element.parameters.items() if each.optional})
     for _ in range(TRIES):
         defaults = rng.choice([0.1, 0.5, 0.95])  # some variants need defaults of 0
-        sides = [{key: each for key, each in element.parameters.items() if not each.optional}]
-        if "asymmetric" in row:  # a negative side that goes with a positive side
-            sides.append({key: each for key, each in element.parameters.items() if each.optional})
         values: dict[str, float] = {}
         for side in sides:
             for _ in range(TRIES_OF_A_SIDE if values else 1):
                 tried = {key: drawn_value(key, parameter, defaults, rng) for key, parameter in side.items()}
-                given = {
-                    key: np.full((1, 1), each) for key, each in ({"stiffness": STIFFNESS} | values | tried).items()
-                }
-                fits = not any(parameter.violations(given[key]).any() for key, parameter in side.items())
-                if fits := fits and element.problem(given) is None:
+                # Most tries violate a bound: numbers are checked, and arrays are made of those that do not.
+                if fits := not any(parameter.violations(tried[key]) for key, parameter in side.items()):
+                    known = {"stiffness": STIFFNESS} | values | tried
+                    given = {key: np.array([[each]]) for key, each in known.items()}
+                    fits = element.problem(given) is None
+                if fits:
                     values |= tried
                     break
             if not fits:

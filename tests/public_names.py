@@ -106,19 +106,24 @@ def _raised(function: FunctionType, above: tuple[str, ...] = ()) -> frozenset[st
     """Return which errors of RAISED a function's source raises, but for those of functions that are being asked."""
     if not function.__module__.startswith("warpdyn") or function.__qualname__ in above:
         return frozenset()
+    found, called = _source_of(function)
+    return found.union(*(_raised(each, (*above, function.__qualname__)) for each in called))
+
+
+@functools.cache
+def _source_of(function: FunctionType) -> tuple[frozenset[str], tuple[FunctionType, ...]]:
+    """Return which errors of RAISED a function's source raises itself, and the functions that it calls by name."""
     try:
         tree = ast.parse(textwrap.dedent(inspect.getsource(function)))
     except OSError:  # what `dataclass` writes has no source
-        return frozenset()
-    found: set[str] = set()
+        return frozenset(), ()
+    found, called = set(), []
     for node in ast.walk(tree):
         if isinstance(node, ast.Raise) and isinstance(node.exc, ast.Call) and isinstance(node.exc.func, ast.Name):
             found |= {node.exc.func.id} & set(RAISED)
         elif isinstance(node, ast.Call) and isinstance(node.func, ast.Name):
-            called = inspect.unwrap(function.__globals__.get(node.func.id, print))
-            if isinstance(called, FunctionType):
-                found |= _raised(called, (*above, function.__qualname__))
-    return frozenset(found)
+            called.append(inspect.unwrap(function.__globals__.get(node.func.id, print)))
+    return frozenset(found), tuple(each for each in called if isinstance(each, FunctionType))
 
 
 def problems(name: str, element: Any) -> list[str]:

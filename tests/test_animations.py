@@ -8,12 +8,17 @@ import pytest
 from matplotlib import colors
 from PIL import Image
 from plotted_curves import RUN
-from test_plots import PUSHED
 
+import warpdyn as wd
 from warpdyn import plots
 from warpdyn.interfaces.plots.style import COLLAPSE_COLOUR
 
 pytestmark = pytest.mark.fast
+
+
+def pushed():
+    """Return forces of storeys along a path of drifts: a dataset without histories of displacements."""
+    return wd.storey_hysteresis(wd.ShearBuilding.from_hazus("C1L", "high", 2), [0.01, -0.01])
 
 
 def axes_of(movie):
@@ -123,7 +128,7 @@ FAILED = RUN.assign(displacement=RUN["displacement"] * np.nan)
     ("call", "error", "words"),
     [
         (lambda: plots.animate(RUN.drop_dims("history")), ValueError, r"histories=wd\.Histories\(\[0\]\)"),
-        (lambda: plots.animate(PUSHED), ValueError, r"histories=wd\.Histories\(\[0\]\)"),
+        (lambda: plots.animate(pushed()), ValueError, r"histories=wd\.Histories\(\[0\]\)"),
         (lambda: plots.animate(3), TypeError, "takes a Dataset, got int"),
         (lambda: plots.animate(FAILED), ValueError, "failed, so its history is NaN"),
         (lambda: plots.animate(RUN, 2), ValueError, "history=2 does not exist; give 0 to 1"),

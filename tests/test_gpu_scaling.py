@@ -29,6 +29,8 @@ def run_on(monkeypatch, tmp_path, results):
     monkeypatch.setattr(gpu_scaling, "gpus", lambda devices: "a GPU")
     monkeypatch.setattr(gpu_scaling, "build_region", lambda buildings, seed: region)
     monkeypatch.setattr(wd, "simulate", simulate)
+    # The study collects garbage before it measures: seconds each time, in a process with the objects of other tests.
+    monkeypatch.setattr(gpu_scaling, "gc", SimpleNamespace(collect=lambda: None))
     monkeypatch.setattr(sys, "argv", ["gpu_scaling.py", "--out", str(tmp_path), "--samples", "64", "--repeats", "1"])
     gpu_scaling.main()
     return given

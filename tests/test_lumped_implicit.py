@@ -34,6 +34,7 @@ def frames(structure: wd.LumpedStructure, motion, method: str, **changed):
 
 @pytest.mark.parametrize("method", IMPLICIT)
 @pytest.mark.parametrize("gravity", [{}, {"gravity_load": [2e6, 2e6, 1.5e6]}], ids=["plain", "gravity"])
+@pytest.mark.usefixtures("unoptimised")  # one run is compared with another
 def test_a_chain_has_the_response_of_its_shear_building(method, gravity):
     building, motion = chain(**gravity), pulse(6.0, 0.5, 0.4, 4.0)
     recorders = ("drift", "acceleration", "energy")
@@ -223,6 +224,7 @@ def test_gaps_and_hertz_contacts_converge_to_the_response_of_rk4():
 
 
 @pytest.mark.parametrize("law", ["bouc_wen", "takeda", "menegotto_pinto"])
+@pytest.mark.usefixtures("unoptimised")  # one run is compared with another
 def test_other_laws_have_the_response_of_their_shear_buildings(law):
     building, motion = chain(law=law), pulse(6.0, 0.5, 0.4, 3.0)
     for method in ("newmark_average", "hht_alpha"):

@@ -84,6 +84,7 @@ LAWS = {
         ("peak_oriented", "heun"),
     ],
 )
+@pytest.mark.usefixtures("unoptimised")  # one run is compared with another
 def test_a_chain_of_springs_is_a_shear_building(law, method):
     chain, lumped = chain_and_lumped(law, **LAWS[law])
     motion = pulse(5.0, 0.6, 0.3, 4.0)
@@ -187,6 +188,7 @@ def test_collapse_is_that_of_a_shear_building():
 
 
 @pytest.mark.parametrize("law", ["bilinear", "bouc_wen", "peak_oriented"])
+@pytest.mark.usefixtures("unoptimised")  # one run is compared with another
 def test_an_event_begins_with_the_state_after_the_last_one(law):
     chain, lumped = chain_and_lumped(law, **LAWS[law])
     events = {"first": pulse(5.0, 0.6, 0.3, 4.0), "second": pulse(-6.0, 0.7, 0.3, 4.0)}
@@ -209,6 +211,7 @@ LOADS = {
 @pytest.mark.meant_as_given("initial_drift_ratio", "drift_ratio_of_force")
 @pytest.mark.parametrize("load", LOADS.values(), ids=list(LOADS))
 @pytest.mark.parametrize("law", ["bilinear", "bouc_wen"])
+@pytest.mark.usefixtures("unoptimised")  # one run is compared with another
 def test_other_loads_act_as_on_a_shear_building(law, load):
     chain, lumped = chain_and_lumped(law, **LAWS[law])
     settings = {"step": 0.002, "dtype": "float64", "device": "cpu", "method": "rk4", "seed": 5}

@@ -31,6 +31,7 @@ NAMES = [
     "$",
     "50 % ^ _ ~ #",
 ]
+TOGETHER = [NAMES[first : first + 3] for first in range(0, len(NAMES), 3)]
 
 
 @pytest.fixture(autouse=True)
@@ -55,32 +56,36 @@ def shown(name):
     return words if len(words) <= 60 else words[:57] + "..."
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("names", TOGETHER)
 @pytest.mark.filterwarnings("ignore:Glyph .* missing from font")  # the letters of another script, in matplotlib's own
 @pytest.mark.filterwarnings("ignore:.*(extrapolat|hazard|penalised|beyond|do not determine|fitted|interval)")
-def test_figures(name):
-    run, curves = curves_of(name, "complete")
-    run["motion_name"] = ("motion", np.array([name] * run.sizes["motion"]))
+def test_figures(names):
+    """Figures of several damage states, runs or motions show several names; the others are drawn once per name."""
+    run, curves = curves_of(*names)
+    run["motion_name"] = ("motion", np.resize(names, run.sizes["motion"]))
     hazard = wd.HazardCurve([0.05, 0.2, 1.0, 4.0], [2e-2, 3e-3, 1e-4, 5e-7])
     both = run.merge(curves, combine_attrs="no_conflicts")
-    motion = wd.GroundMotion(np.sin(np.arange(200) / 9), 0.02, name)
-    found = plotted_runs.found_capacities().assign_coords(damage_state=[name, "extensive", "collapse"])
+    motions = [wd.GroundMotion(np.sin(np.arange(200) / 9), 0.02, name) for name in names]
+    found = plotted_runs.found_capacities().assign_coords(damage_state=names)
     drawn = [
         wd.plots.fragility_curves(curves),
-        wd.plots.fragility_comparison({name: curves, "other": curves}),
+        wd.plots.fragility_comparison({name: curves for name in names}),
         wd.plots.drift_against_intensity(both),
         wd.plots.drift_over_height(both),
         wd.plots.ida_curves(both),
-        wd.plots.drift_distributions({name: run, "other": run}, level=0.4),
+        wd.plots.drift_distributions({name: run for name in names}, level=0.4),
         wd.plots.hazard_and_rates(curves, hazard),
         wd.plots.disaggregation(wd.disaggregate(curves, hazard)),
-        wd.plots.histories(run),
-        wd.plots.ground_motions([motion]),
-        wd.plots.ground_motions([motion, motion]),
+        wd.plots.ground_motions(motions),
         wd.plots.capacities(found),
     ]
     for number, figure in enumerate(drawn):
-        assert shown(name) in texts(figure), number
+        shows = texts(figure)
+        assert [name for name in names if shown(name) not in shows] == [], number
+    for name, motion in zip(names, motions, strict=True):
+        run["motion_name"] = ("motion", np.array([name] * run.sizes["motion"]))
+        for number, figure in enumerate([wd.plots.histories(run), wd.plots.ground_motions([motion])]):
+            assert shown(name) in texts(figure), number
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -124,7 +129,7 @@ def test_html_and_json(name):
     assert json.loads(again.to_json()) == json.loads(scene.to_json())
 
 
-@pytest.mark.parametrize("names", [NAMES[first : first + 3] for first in range(0, len(NAMES), 3)])
+@pytest.mark.parametrize("names", TOGETHER)
 @pytest.mark.filterwarnings("ignore:Glyph .* missing from font")
 def test_reports(names, tmp_path):
     building = wd.ShearBuilding(2e5, [2e8, 1.8e8, 1.5e8], 3.0, damping="rayleigh", damping_ratio=0.05)

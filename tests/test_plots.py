@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import cache
+
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
@@ -22,11 +24,14 @@ pytestmark = pytest.mark.fast
 
 PULSE = wd.GroundMotion(9.81 * np.sin(np.arange(200) / 10) * np.exp(-np.arange(200) / 80), 0.01, "pulse")
 WEAK = wd.GroundMotion(0.5 * PULSE.acceleration[:150], 0.01, "weak")
-PUSHED = wd.storey_hysteresis(wd.ShearBuilding.from_hazus("C1L", "high", 2), [0.01, -0.01])
 SITE = wd.HazardCurve([0.02, 0.1, 0.5, 2.0, 10.0], [0.3, 0.05, 3e-3, 1e-4, 1e-6])
 FITTED = curves({"slight": (0.2, 0.4), "moderate": (0.5, 0.45)})
 RATIOS = {"slight": (0.05, 0.6), "moderate": 0.4}
-SPECTRA = wd.response_spectra([PULSE, WEAK], [0.1, 0.5, 1.0], [0.02, 0.05], device="cpu")
+
+
+@cache  # computed by the process that runs the tests of this file, not by each that collects them
+def computed_spectra() -> xr.Dataset:
+    return wd.response_spectra([PULSE, WEAK], [0.1, 0.5, 1.0], [0.02, 0.05], device="cpu")
 
 
 def selected_records() -> wd.RecordSelection:
@@ -86,7 +91,7 @@ PLOTS = {
     "record_selection": (lambda **how: plots.record_selection(selected_records(), **how), 2),
     "residual_drifts": (lambda **how: plots.residual_drifts(RUN, **how), 1),
     "sensitivity": (lambda **how: plots.sensitivity(shares_of_variance(), **how), 1),
-    "spectra": (lambda **how: plots.spectra(SPECTRA, **how), 2),
+    "spectra": (lambda **how: plots.spectra(computed_spectra(), **how), 2),
     "state_dependent_fragility": (lambda **how: plots.state_dependent_fragility(damaged_curves(), **how), 2),
     "vulnerability": (lambda **how: plots.vulnerability(wd.vulnerability(FITTED, RATIOS), **how), 1),
 }
@@ -99,6 +104,7 @@ def test_every_plot_is_here():
 @pytest.mark.parametrize("name", PLOTS)
 def test_a_plot_is_a_figure_of_its_own_or_in_given_axes(name):
     plot, count = PLOTS[name]
+    plt.close("all")  # figures that tests of other files have left
     figure = plot()
     assert isinstance(figure, Figure)
     assert figure._repr_png_()[1:4] == b"PNG"

@@ -6,6 +6,7 @@ import ast
 import textwrap
 from collections import Counter
 from collections.abc import Iterable
+from functools import cache
 from pathlib import Path
 from typing import NamedTuple
 
@@ -37,6 +38,7 @@ def write_pictures(docs: Path) -> None:
 # Layers
 
 
+@cache
 def imports() -> dict[str, set[str]]:
     """Return the packages that each package imports, as "layer.package", read from all import statements."""
     found: dict[str, set[str]] = {}
@@ -235,6 +237,7 @@ def _draw_boxes(boxes: Iterable[Box]) -> tuple[Figure, Axes, dict[str, tuple[flo
     return figure, axes, places
 
 
+@cache
 def definitions() -> dict[str, str]:
     """Return the file that defines each class and function, relative to the package.
 
