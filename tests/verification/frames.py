@@ -107,10 +107,14 @@ PROBLEMS = [
             ("EI, EA", "40, 2000", "MN m², MN"),
             ("length", "4", "m"),
             ("axial and lateral force at the tip", "2.5, 0.05", "MN"),
-            ("members", f"{ELEMENTS}, geometric_stiffness=\"consistent\"", ""),
+            ("members", f'{ELEMENTS}, geometric_stiffness="consistent"', ""),
         ),
-        [Row("displacement of the tip", "m"), Row("rotation of the tip", "rad"), Row("moment at the base", "N m"),
-         Row("buckling load over axial force", "1")],
+        [
+            Row("displacement of the tip", "m"),
+            Row("rotation of the tip", "rad"),
+            Row("moment at the base", "N m"),
+            Row("buckling load over axial force", "1"),
+        ],
         ("cantilever", {}),
         truth.beam_column,
         beam_column,
@@ -158,8 +162,8 @@ PROBLEMS = [
         OPENSEES,
         "OpenSees 3.7.1: elasticBeamColumn, zeroLength with Steel01, PDelta, modalDampingQ, Newmark's average "
         "acceleration with 0.5 ms.",
-        "A portal with bilinear hinges at all ends of its members and a leaning column. Rotations of joints and vertical "
-        "displacements have no mass; rk4 solves them in each stage.",
+        "A portal with bilinear hinges at all ends of its members and a leaning column. Rotations of joints and "
+        "vertical displacements have no mass; rk4 solves them in each stage.",
         (
             ("height, width", "4, 6", "m"),
             ("I of columns and beam", "149.2, 231.3", "10⁶ mm⁴"),
