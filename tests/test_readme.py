@@ -80,6 +80,7 @@ def test_every_command_is_known_here() -> None:
         "simcenter",
         "torsion",
         "four_storey_frame",
+        "frame_methods",
         "torsional_speed",
     }
     assert sorted(scripts) == sorted(f"studies/{name}.py" for name in names)

@@ -278,6 +278,38 @@ def law(axes: Axes, shape: str = "plastic") -> None:
     _loop(axes, shape, 6.4, -0.1, 0.95)
 
 
+def cantilever(axes: Axes) -> None:
+    """Draw a column under an axial and a lateral force, and its deflected shape."""
+    height = np.linspace(0, 1, 40)
+    axes.plot([1.5, 2.5], [-1, -1], color=INK, lw=2)
+    axes.plot(np.full(40, 2.0), -1 + 1.7 * height, color=GREY, lw=1.5, ls="--")
+    axes.plot(2 + 0.7 * (1 - np.cos(np.pi * height / 2)), -1 + 1.7 * height, color=INK, lw=2.5)
+    _arrow(axes, (2.7, 1.4), (2.7, 0.75), "P")
+    _arrow(axes, (1.5, 0.7), (2.6, 0.7), "")
+    axes.text(1.2, 0.7, "H", color=ORANGE, va="center")
+    axes.text(3.2, -0.3, "P acts on the displacement of the tip (P-Delta)\nand on the curvature (P-delta)", va="center")
+
+
+def portal(axes: Axes, motion: bool = False) -> None:
+    """Draw a portal with plastic hinges and a leaning column, pushed or under a base motion."""
+    for x in (1.0, 3.6):
+        axes.plot([x, x], [-0.9, 0.7], color=INK, lw=2.5)
+        axes.plot([x - 0.25, x + 0.25], [-0.9, -0.9], color=INK, lw=2)
+        axes.plot(x, -0.75, "o", color=BLUE, ms=8)
+    axes.plot([1.0, 3.6], [0.7, 0.7], color=INK, lw=2.5)
+    axes.plot([1.2, 3.4], [0.7, 0.7], "o", color=BLUE, ms=8)
+    if motion:
+        axes.plot([1.0, 3.6], [0.5, 0.5], "o", color=BLUE, ms=8)
+        _arrow(axes, (0.6, -1.2), (1.6, -1.2), "base motion")
+    else:
+        _arrow(axes, (0.0, 0.7), (0.9, 0.7), "")
+    axes.plot([3.6, 5.4], [0.7, 0.7], color=GREY, lw=1.5)
+    axes.plot([5.4, 5.4], [-0.9, 0.7], "o-", color=GREY, lw=2.5, mfc="white")
+    _arrow(axes, (5.4, 1.35), (5.4, 0.8), "weight")
+    axes.text(5.7, -0.2, "leaning column (P-Delta)", color=GREY, va="center")
+    axes.text(1.3, -0.3, "plastic hinges", color=BLUE, va="center")
+
+
 def fragility(axes: Axes) -> None:
     """Draw a fragility curve with observed fractions."""
     x = np.linspace(0.02, 2, 100)
@@ -304,7 +336,7 @@ SKETCHES: dict[str, Callable[..., None]] = {
     each.__name__: each
     for each in (
         *(oscillator, chain, device, isolated, plan, frames, incidence, pounding, bridge, rocking, p_delta, law),
-        *(fragility, hazard),
+        *(cantilever, portal, fragility, hazard),
     )
 }
 

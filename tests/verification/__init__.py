@@ -7,6 +7,7 @@ from .chains import PROBLEMS as CHAINS
 from .contents import PROBLEMS as CONTENTS
 from .devices import PROBLEMS as DEVICES
 from .filters import PROBLEMS as FILTERS
+from .frames import PROBLEMS as FRAMES
 from .loops import PROBLEMS as LOOPS
 from .lumped import PROBLEMS as LUMPED
 from .lumped_devices import PROBLEMS as LUMPED_DEVICES
@@ -19,7 +20,7 @@ from .yielding import PROBLEMS as YIELDING
 
 PROBLEMS: tuple[Problem, ...] = (
     *SDOF, *METHODS, *CHAINS, *BUILDINGS, *YIELDING, *DEVICES, *LOOPS, *RANDOM, *RISK, *LUMPED, *LUMPED_DEVICES,
-    *CONTENTS, *FILTERS,
+    *CONTENTS, *FILTERS, *FRAMES,
 )  # fmt: skip
 
 __all__ = ["PROBLEMS", "Problem", "Verdict", "judge"]

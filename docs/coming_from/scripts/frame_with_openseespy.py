@@ -1,4 +1,4 @@
-"""Pushover of a portal frame with six plastic hinges, with OpenSeesPy and as a fish-bone with warpdyn.
+"""Pushover of a portal frame with six plastic hinges, with OpenSeesPy and with warpdyn.
 
     python docs/coming_from/scripts/frame_with_openseespy.py
 
@@ -106,7 +106,7 @@ def by_warpdyn() -> np.ndarray:
         for name, (_, _, kind) in members.items()
         for end in ("start", "end")
     }
-    pushed = wd.pushover(wd.HingedFishbone.from_frame(frame, hinges), ROOF, pattern="triangular")
+    pushed = wd.pushover(wd.HingedFrame(frame, hinges), ROOF, pattern="triangular")
     return pushed["base_shear"].values
 
 

@@ -87,6 +87,7 @@ class Dynamics(ABC):
         peak: Name of the peaks that decide whether a sample is reliable, and of their recorder.
         pattern: The entries of the matrices of lumped structures that are not 0; None for other families.
         error_of_float32: Estimated relative error of float32 if it is too large for a default [1]; otherwise 0.
+        share_of_default_step: Default step of the structure over that of the general rule [1].
     """
 
     law: StoreyRules
@@ -105,6 +106,7 @@ class Dynamics(ABC):
     peak: tuple[str, str] = ("peak_storey_drift", "drift")
     pattern: Pattern | None = None
     error_of_float32: float = 0.0
+    share_of_default_step: float = 1.0
 
     @abstractmethod
     def __init__(self, structure: Structure, representative: Mapping[str, np.ndarray]) -> None:

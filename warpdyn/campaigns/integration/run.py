@@ -159,6 +159,7 @@ def build_run(
         integration.longest_step,
         integration.resample,
         refinement=integration.refinement,
+        share=dynamics.share_of_default_step,
     )
     if scene.floor_spectra is not None:
         if row.kind == "explicit" and row.is_adaptive:

@@ -69,12 +69,17 @@ class Schedule:
         return Schedule(self.run_intervals, every, step, residual)
 
 
-def default_step(central: Vibration) -> float:
-    """Return the default step [s] from the vibration of the structure with median parameters."""
+def default_step(central: Vibration, share: float = 1.0) -> float:
+    """Return the default step [s] from the vibration of the structure with median parameters.
+
+    Args:
+        central: Vibration of the structure with median parameters.
+        share: Share of the step of the general rule that the structure takes; see Dynamics.share_of_default_step.
+    """
     step = float(central.period[0]) / STEPS_PER_PERIOD
     if central.stable_step[0] > 0:  # if no step is stable, the stability guard raises an error later
         step = min(step, SHARE_OF_STABLE_STEP * float(central.stable_step[0]))
-    return step
+    return share * step
 
 
 def build_timeline(
@@ -84,6 +89,7 @@ def build_timeline(
     longest_step: float | None = None,
     resample: bool = False,
     refinement: int = 1,
+    share: float = 1.0,
 ) -> Timeline:
     """Return the time grid of a scene's motions: intervals, and integration steps per interval, for each motion.
 
@@ -95,6 +101,7 @@ def build_timeline(
         longest_step: Upper bound of the chosen steps [s]; None: the default step.
         resample: Whether motions whose step is not a multiple of `step` are resampled at `step`.
         refinement: Number of integration steps that replace each step chosen by these rules.
+        share: Share of the step of the general rule that is the default step; see Dynamics.share_of_default_step.
 
     Raises:
         ValueError: If a step is not finite and positive, or does not divide a motion's step or the duration.
@@ -106,7 +113,7 @@ def build_timeline(
     elif longest_step is not None:
         target = real_number("longest_step [s]", longest_step, above=0)
     else:
-        target = default_step(central())
+        target = default_step(central(), share)
     if scene.control is not None:
         target = _step_of_control(scene, target, is_given=step is not None)
     excitation = scene.excitation

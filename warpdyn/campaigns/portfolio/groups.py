@@ -201,5 +201,5 @@ def parameters_of(portfolio: Portfolio, name: str, seed: int) -> dict[str, np.nd
 
 def _rounded_step(scene: Scene, dynamics: Dynamics, method: Method) -> float:
     """Return the default step of an archetype [s], rounded down to ROUND_STEP divided by a power of 2."""
-    step = default_step(central_vibration(scene, dynamics, method))
+    step = default_step(central_vibration(scene, dynamics, method), dynamics.share_of_default_step)
     return ROUND_STEP / 2.0 ** max(0, int(np.ceil(np.log2(ROUND_STEP / step) - 1e-9)))

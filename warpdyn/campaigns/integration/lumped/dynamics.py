@@ -30,6 +30,10 @@ Variants = tuple[list[Variant], list[Variant]]
 ROUNDED = 1e-14  # entries of an inverse matrix below this share of the largest one of their row and column are 0
 
 MOST_DOFS_OF_IMPLICIT = 16  # the matrix of a step is full
+# Default step of frames whose hinges soften beyond a capping moment, over that of other structures. A hinge reaches its
+# capping moment within a step, and near collapse the error that this causes grows: the peak drift of a frame with two
+# storeys was 1.4 % wrong at 5 ms, the step without this factor, 0.04 % at 3.3 ms and at most 0.5 % at shorter steps.
+SHARE_OF_SOFTENING_HINGES = 0.5
 
 
 class LumpedDynamics(Dynamics):
@@ -70,6 +74,8 @@ class LumpedDynamics(Dynamics):
                 is_capped = capped_rules.applies(of_springs, representative)  # reads the first coefficients
                 self.law = capped_rules.variant() if is_capped else branchless_rules.variant(self.law)
         self.is_sensitive = structure.storey_law.is_sensitive(values)
+        if structure.column_line is not None and self.is_sensitive:
+            self.share_of_default_step = SHARE_OF_SOFTENING_HINGES
         self.has_drift_capacity = "deformation_capacity" in structure.parameters
         self.damping = "mass_proportional" if structure.damping in ("rayleigh", "mass_proportional") else "none"
         self.pattern = self._pattern_of(representative)
