@@ -52,6 +52,13 @@ class Spring:
             lumped structures use it. None if the force does not depend on the velocity.
         memory_at_velocity: `(drift, velocity, memory, coefficients) -> memory`, applied to each accepted step of a
             lumped structure's springs. None if no memory value depends on drift and velocity.
+        line: `(drift, memory, coefficients) -> slope [N/m], least drift, largest drift, side`: the straight line
+            through an accepted state, and the drifts between which it holds. Side is the direction in which a yielding
+            spring moves (1 or -1): it leaves the line when it turns back, so the limit on the other side is its present
+            drift. Side is 0 if the line is elastic. A line that is unknown has a largest drift below the least drift,
+            which is then the present drift. Only hinges of frames use it. None for laws without straight lines.
+        memory_along_line: `(drift, force, memory, coefficients) -> memory` after the spring has moved on this line to a
+            drift at which it has this force. None if `line` is None.
     """
 
     force: Callable
@@ -73,3 +80,5 @@ class Spring:
     relaxation_over_step: Callable | None = None
     viscous_force: Callable | None = None
     memory_at_velocity: Callable | None = None
+    line: Callable | None = None
+    memory_along_line: Callable | None = None

@@ -14,6 +14,8 @@ from warpdyn.engine.laws.bilinear.parameters import Coefficient as C
 from warpdyn.engine.laws.law import Layout
 from warpdyn.engine.laws.spring import Spring
 
+FAR = wp.constant(wp.float64(1e30))  # a drift that no storey reaches
+
 
 class M(Layout):
     """Memory of a storey: the history variable that its law keeps from step to step."""
@@ -59,6 +61,26 @@ def bilinear_memory_after(drift: Any, increment: Any, memory: Any, c: Any):
     return bilinear_return_mapping(drift, memory, c)
 
 
+@wp.func
+def bilinear_line(drift: Any, memory: Any, c: Any):
+    zero = type(drift)(0.0)
+    far = type(drift)(FAR)
+    plastic = memory[M.PLASTIC_DRIFT]
+    # The return mapping has set the plastic drift to one of these values if the spring yields.
+    yields_up = plastic <= drift - c[C.YIELD_DRIFT]
+    yields_down = plastic >= drift + c[C.YIELD_DRIFT]
+    side = wp.where(yields_up, type(drift)(1.0), wp.where(yields_down, -type(drift)(1.0), zero))
+    slope = c[C.HARDENING_STIFFNESS] + wp.where(side == zero, c[C.YIELDING_STIFFNESS], zero)
+    least = wp.where(yields_up, drift, wp.where(yields_down, -far, plastic - c[C.YIELD_DRIFT]))
+    most = wp.where(yields_down, drift, wp.where(yields_up, far, plastic + c[C.YIELD_DRIFT]))
+    return slope, least, most, side
+
+
+@wp.func
+def bilinear_memory_along_line(drift: Any, force: Any, memory: Any, c: Any):
+    return bilinear_return_mapping(drift, memory, c)
+
+
 SPRINGS = {
     "bilinear": Spring(
         bilinear_force,
@@ -69,5 +91,7 @@ SPRINGS = {
         memory=len(M),
         memory_after=bilinear_memory_after,
         force_after_mapping=bilinear_force_after_mapping,
+        line=bilinear_line,
+        memory_along_line=bilinear_memory_along_line,
     ),
 }

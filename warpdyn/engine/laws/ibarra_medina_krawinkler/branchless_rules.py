@@ -12,6 +12,7 @@ import warp as wp
 from warpdyn.engine.device.extrema import maximum, minimum
 from warpdyn.engine.laws.ibarra_medina_krawinkler.bilinear_rules import ALL, SPRINGS as WITH_BRANCHES, M
 from warpdyn.engine.laws.ibarra_medina_krawinkler.deterioration import SMALLEST, on_lines
+from warpdyn.engine.laws.ibarra_medina_krawinkler.hinge_lines import line_rules
 from warpdyn.engine.laws.ibarra_medina_krawinkler.parameters import Coefficient as C
 from warpdyn.engine.laws.row_functions import device_functions
 from warpdyn.engine.laws.springs import Variant
@@ -156,6 +157,7 @@ def tangent(drift: Any, increment: Any, before: Any, after: Any, c: Any):
 
 
 _own = device_functions(NAME, force, return_mapping, memory_after, tangent)
+_line, _memory_along_line = line_rules(NAME, M, True)
 SPRINGS = {
     NAME: replace(
         WITH_BRANCHES[GENERAL],
@@ -166,6 +168,8 @@ SPRINGS = {
         memory_on_line=None,
         tangent_on_line=None,
         leaves_line=None,
+        line=_line,
+        memory_along_line=_memory_along_line,
     )
 }
 

@@ -13,6 +13,7 @@ import warp as wp
 
 from warpdyn.engine.device.extrema import maximum
 from warpdyn.engine.laws.ibarra_medina_krawinkler.deterioration import on_lines
+from warpdyn.engine.laws.ibarra_medina_krawinkler.hinge_lines import line_rules
 from warpdyn.engine.laws.ibarra_medina_krawinkler.parameters import Coefficient as C
 from warpdyn.engine.laws.law import Layout
 from warpdyn.engine.laws.row_functions import kept_force
@@ -130,6 +131,7 @@ def capped_elastic_energy(drift: Any, memory: Any, c: Any):
     return type(drift)(0.5) * force * force / stiffness * c[C.YIELD_FORCE] / c[C.INVERSE_YIELD_DRIFT]
 
 
+_line, _memory_along_line = line_rules(NAME, M, False)
 SPRINGS = {
     NAME: Spring(
         capped_force,
@@ -140,6 +142,8 @@ SPRINGS = {
         memory=len(M),
         memory_after=capped_memory_after,
         force_at_accepted_state=kept_force,
+        line=_line,
+        memory_along_line=_memory_along_line,
     )
 }
 
