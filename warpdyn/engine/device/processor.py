@@ -12,7 +12,7 @@ import warp as wp
 FEWEST_LANES = 8  # smallest number of lanes of a CPU thread with more than one lane
 
 
-def cpu_flags(keeps_lanes: bool = True, fuses: bool = True) -> str:
+def cpu_flags(keeps_lanes: bool = True, fuses: bool = True, inlines: bool = False) -> str:
     """Return the compiler flags for kernels on a CPU: the flags of Warp's configuration, then the flags of warpdyn.
 
     Products and sums are fused by default, as on a GPU. Vectors use 512-bit registers if the CPU has them; for some
@@ -26,13 +26,16 @@ def cpu_flags(keeps_lanes: bool = True, fuses: bool = True) -> str:
             slowly.
         fuses: Whether products and sums may be fused. In an unrolled loop over lanes, LLVM can fuse a product with one
             sum in some lanes and with another sum in others; then the last bits of a sample depend on its lane.
+        inlines: Whether long device functions that occur several times are inlined. Loops over lanes that call a
+            function are not computed with vectors.
     """
     configured = wp.config.cpu_compiler_flags
     # Without configured flags, Warp compiles for the processor of this machine.
     own = "-march=native" if configured is None else configured
     as_loops = f" -fno-slp-vectorize -mllvm=-unroll-full-max-count={FEWEST_LANES - 1}" if keeps_lanes else ""
+    long_functions = " -mllvm=-inline-threshold=20000" if inlines else ""
     contract = "fast" if fuses else "off"
-    return f"{own} -ffp-contract={contract} -mprefer-vector-width=512{as_loops}".strip()
+    return f"{own} -ffp-contract={contract} -mprefer-vector-width=512{as_loops}{long_functions}".strip()
 
 
 def has_wide_registers() -> bool:
@@ -49,13 +52,15 @@ def _has_512_bits() -> bool:
     return any(name == "X86_V4" or name.startswith("AVX512") for name in names)
 
 
-def module_options(max_unroll: int, keeps_lanes: bool = True, fuses: bool = True) -> dict[str, object]:
+def module_options(
+    max_unroll: int, keeps_lanes: bool = True, fuses: bool = True, inlines: bool = False
+) -> dict[str, object]:
     """Return the options of a kernel's Warp module, such as the compiler flags (see `cpu_flags`).
 
     Loops with up to `max_unroll` iterations are unrolled. Kernels with the same flags share the compiler's precompiled
     header, which takes more than 1 s to compile.
     """
-    return {"max_unroll": max_unroll, "cpu_compiler_flags": cpu_flags(keeps_lanes, fuses)}
+    return {"max_unroll": max_unroll, "cpu_compiler_flags": cpu_flags(keeps_lanes, fuses, inlines)}
 
 
 # The compiler aligns the stack frame of a function to the strictest alignment among its variables. Without a variable

@@ -77,6 +77,22 @@ def over_frame_float32(value: wp.float32, first: wp.int32, threads: wp.int32) ->
 def over_frame_float64(value: wp.float64, first: wp.int32, threads: wp.int32) -> wp.float64: ...
 
 
+_ANY_IN_WARP = on_gpu("return __any_sync(0xffffffff, value != 0) ? 1 : 0;")
+_ANY_OF_FRAME = on_gpu("""
+unsigned int those = (unsigned int)((1ull << threads) - 1ull);
+return (__ballot_sync(0xffffffff, value != 0) >> first & those) != 0 ? 1 : 0;""")
+
+
+@wp.func_native(_ANY_IN_WARP)
+def any_in_warp(value: wp.int32) -> wp.int32:
+    """Return whether the value of one of the 32 threads of a warp is not 0, as 1 or 0; on a CPU the value itself."""
+
+
+@wp.func_native(_ANY_OF_FRAME)
+def any_of_frame(value: wp.int32, first: wp.int32, threads: wp.int32) -> wp.int32:
+    """Return the same for the threads that share a sample, from thread `first` on."""
+
+
 LARGEST = {"float32": over_frame_float32, "float64": over_frame_float64}
 
 # dtype -> the value of another thread; the same, or 0 for a negative number; the sum over the threads of a sample.

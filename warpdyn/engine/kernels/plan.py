@@ -14,7 +14,7 @@ import warp as wp
 from warpdyn.engine.controllers.rules import ControlRules
 from warpdyn.engine.device.processor import FEWEST_LANES, module_options
 from warpdyn.engine.kernels.composing.user_recorders import Recorder, users_of_variables
-from warpdyn.engine.kernels.hinges.frame_storeys import FrameStoreys, frame_storeys
+from warpdyn.engine.kernels.grids.frame_storeys import FrameStoreys, frame_storeys
 from warpdyn.engine.kernels.hinges.layout import JointFrame
 from warpdyn.engine.kernels.lumped.pattern import ColumnLine, Pattern
 from warpdyn.engine.kernels.lumped.storeys import Storeys, storeys_of
@@ -59,7 +59,7 @@ class Plan:
             drift ratio.
         resumes: Whether each structure starts from its final state in the last event.
         by_storey: Whether the kernel of a lumped structure loops over equal storeys (see lumped/by_storey.py and, for
-            frames with hinges, hinges/storey_moments.py).
+            frames with hinges, grids/joint_rotations.py).
         undivided: Whether the motions contain one value for each integration step (see `Model.launched`).
         starts_displaced: Whether yielding storeys start at an initial drift, to which they are pushed slowly from rest.
         records_late: Whether peaks are recorded only after a later time than the start of the run (`record_from`).
@@ -164,7 +164,8 @@ def options(plan: Plan) -> dict[str, object]:
     # If the storeys have several laws, and one law has many values, LLVM unrolls the loops over lanes. Measured in
     # float64 with isolators below storeys of two laws: without fused products, kernels take 0.9 and 1.5 times as long.
     fuses = has_few_values(plan) or not is_mixed(plan.law)
-    return module_options(plan.max_unroll, in_registers and is_small and gains, fuses)
+    has_lines = plan.frame_storeys is not None  # the text contains the law of the hinges several times
+    return module_options(plan.max_unroll, in_registers and is_small and gains, fuses, has_lines)
 
 
 def has_few_values(plan: Plan) -> bool:
@@ -292,7 +293,7 @@ def settling_limit(plan: Plan) -> float:
 
 # Folder of a part -> category in `values_held`.
 HELD = {"loads": "state", "control": "structure", "dampings": "structure", "parts": "structure", "lumped": "structure"}
-HELD |= {"stepping": "method", "hinges": "method", "recorders": "recorders"}
+HELD |= {"stepping": "method", "hinges": "method", "grids": "method", "recorders": "recorders"}
 
 
 def values_held(plan: Plan) -> dict[str, int]:
