@@ -32,8 +32,13 @@ def names(plan):
 
     pattern = plan.pattern
     storey_of = {spring: number for number, own in enumerate(pattern.storeys, start=1) for spring in own}
+    # Hinges of frames have no capacity, but recorders need their deformations at the instant of collapse.
+    has_hinges = pattern.line is not None and not plan.has_drift_capacity and "spring" not in plan.recorders
+    rows = plan.dofs if has_hinges else plan.springs_of_thread
     listed = number_at([storey_of.get(spring, -1) for spring in range(pattern.springs)])
     return {
+        "LIMITED": rows,
+        "limited_rows": wp.types.matrix(shape=(rows, plan.lanes), dtype=DTYPES[plan.dtype]),
         "longest_move": wp.constant(DTYPES[plan.dtype](0.5)),
         "HAS_CAPACITY": plan.has_drift_capacity,
         "HAS_STOREYS": bool(pattern.storeys),
@@ -46,8 +51,8 @@ def values_held(plan):
 
 
 def declare():
-    inverse_capacity = spring_rows()  # 0: no capacity
-    earlier_deformation = spring_rows()  # at the start of the step
+    inverse_capacity = limited_rows()  # 0: no capacity
+    earlier_deformation = limited_rows()  # at the start of the step
     over = row()  # the largest ratio of deformation to capacity
     collapse_time = row()  # negative before the collapse
     collapse_spring = row()  # counted from 1
@@ -61,9 +66,10 @@ def read_spring_row():
     if HAS_CAPACITY:
         inverse_capacity[i, j] = structures.inverse_drift_capacity[number_of_spring, s]
     if HAS_STOREYS:
-        if storey_of_spring(i) > 0:
-            of_ratio = structures.inverse_height[storey_of_spring(i) - 1, s] / control.collapse_drift_ratio
-            inverse_capacity[i, j] = larger(inverse_capacity[i, j], of_ratio)
+        if i < LIMITED:
+            if storey_of_spring(i) > 0:
+                of_ratio = structures.inverse_height[storey_of_spring(i) - 1, s] / control.collapse_drift_ratio
+                inverse_capacity[i, j] = larger(inverse_capacity[i, j], of_ratio)
 
 
 def start():
@@ -71,7 +77,7 @@ def start():
         collapse_time[j] = dtype(-1.0)
         stands[j] = dtype(1.0)
         last_interval[j] = live_intervals[j]
-    for i in range(ROWS):
+    for i in range(LIMITED):
         for j in range(LANES):
             if wp.abs(deformation[i, j]) * inverse_capacity[i, j] > dtype(1.0):
                 collapse_time[j] = dtype(0.0)
@@ -94,7 +100,8 @@ def stop_lane():
 
 
 def see_spring():
-    earlier_deformation[i, j] = drift
+    if i < LIMITED:
+        earlier_deformation[i, j] = drift
 
 
 def end_step():
@@ -103,7 +110,7 @@ def end_step():
         over[j] = dtype(0.0)
         if collapse_time[j] >= dtype(0.0):
             stands[j] = dtype(0.0)
-    for i in range(ROWS):
+    for i in range(LIMITED):
         for j in range(LANES):
             over[j] = larger(over[j], wp.abs(deformation[i, j]) * inverse_capacity[i, j])
     for j in range(LANES):
@@ -115,7 +122,7 @@ def end_step():
 
 
 def collapse_here():
-    for i in range(ROWS):
+    for i in range(LIMITED):
         share = share_beyond(earlier_deformation[i, j], deformation[i, j], inverse_capacity[i, j])
         if share > dtype(0.0):
             change = wp.abs(deformation[i, j] - earlier_deformation[i, j]) * inverse_capacity[i, j]
