@@ -8,7 +8,7 @@ import pytest
 import warpdyn as wd
 from warpdyn.campaigns.integration import model
 from warpdyn.engine.kernels import build
-from warpdyn.engine.kernels.hinges.frame_storeys import frame_storeys
+from warpdyn.engine.kernels.grids.frame_storeys import frame_storeys
 from warpdyn.engine.kernels.lumped.division import can_share_frame
 
 HEIGHT, SPAN = 3.5, 6.0  # m
@@ -62,26 +62,38 @@ def scene():
     return wd.Scene(grid_frame(), wd.Cloud(motions), scatter, recorders=("output", "spring", "acceleration"), tail=0.0)
 
 
-def test_kernel_of_storeys_equals_the_kernel_of_any_frame(scene, monkeypatch):
-    settings = {"structures": 4, "seed": 3, "method": "leapfrog", "step": 0.005, "dtype": "float64", "device": "cpu"}
-    expected = wd.simulate(scene, **settings)
+def run_both(scene, monkeypatch, **settings):
+    """Return the results of the kernel of any frame, and those of the kernel of grids."""
+    found = wd.simulate(scene, device="cpu", **settings)
     fitted, shared = build.fitted, []
 
-    def by_storey(plan, is_gpu):
+    def of_any_frame(plan, is_gpu):
         shared.append(can_share_frame(plan))
-        return replace(fitted(plan, is_gpu), by_storey=True, sections=1, lanes=1, max_unroll=1)
+        return replace(fitted(plan, is_gpu), by_storey=False)
 
-    monkeypatch.setattr(model, "fitted", by_storey)
-    found = wd.simulate(scene, **settings)
+    monkeypatch.setattr(model, "fitted", of_any_frame)
+    expected = wd.simulate(scene, device="cpu", **settings)
     assert all(shared)
+    return expected, found
+
+
+PEAKS = ("peak_output", "peak_spring_deformation", "peak_spring_force", "peak_acceleration")
+
+
+def largest_error(expected, found, name):
+    largest = np.abs(expected[name]).max(dim="sample")
+    return float((np.abs(found[name] - expected[name]) / largest).max())
+
+
+def test_kernel_of_grids_equals_the_kernel_of_any_frame(scene, monkeypatch):
+    settings = {"structures": 4, "seed": 3, "method": "leapfrog", "step": 0.005, "dtype": "float64"}
+    expected, found = run_both(scene, monkeypatch, **settings)
     yield_moment = found["yield_force"].sel(spring="C10 start").values
     assert (found["peak_spring_force"].sel(spring="C10 start").values > yield_moment).any()
     np.testing.assert_array_equal(found["status"], 0)
-    for name in ("peak_output", "peak_spring_deformation", "peak_spring_force", "peak_acceleration"):
+    for name in PEAKS:
         # Moments balance to 1e-9 of the largest one in each step; yielding hinges multiply such differences a little.
-        largest = np.abs(expected[name]).max(dim="sample")
-        error = float((np.abs(found[name] - expected[name]) / largest).max())
-        assert error < 1e-6, (name, error)
+        assert largest_error(expected, found, name) < 1e-6, name
 
 
 @pytest.mark.fast

@@ -158,8 +158,11 @@ def _fitted_lumped(plan: Plan, is_gpu: bool) -> Plan:
     """Return the plan of a lumped structure with the number of lanes and the unrolling for a CPU or a GPU."""
     largest = max(plan.dofs, plan.pattern.springs if plan.pattern else 0)
     plan = replace(plan, sections=1, by_storey=False)
-    if is_gpu and can_share_frame(plan):
-        return replace(plan, lanes=GPU_LANES, max_unroll=SHARED_UNROLL, sections=plan.dofs, by_storey=True)
+    if can_share_frame(plan):
+        if is_gpu:
+            return replace(plan, lanes=GPU_LANES, max_unroll=SHARED_UNROLL, sections=plan.dofs, by_storey=True)
+        lanes = CPU_LANES if plan.dtype == "float32" else CPU_LONG_LANES
+        return replace(plan, lanes=lanes, max_unroll=FRAME_UNROLL, by_storey=True)
     if plan.kind == "implicit":  # the search of one sample must not wait for others; its loops are long
         return replace(plan, lanes=1, max_unroll=1)
     if is_gpu:

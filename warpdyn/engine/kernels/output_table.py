@@ -41,7 +41,7 @@ COLLAPSE_OF_SPRINGS = {  # `lumped/spring_collapse.py`
         is_whole=True,
     ),
 }
-OF_ROTATIONS = {  # `hinges/hinge_search.py`
+OF_ROTATIONS = {  # `hinges/hinge_search.py`, `grids/drift_increments.py`
     "spring_without_equilibrium": Variable(
         (),
         "1",

@@ -66,14 +66,36 @@ OF_COLUMN_LINE: dict[str, tuple[str, ...]] = {
     "judge_balance": ("kernel", "Decide whether the search for rotations continues.", "solution", "seeking"),
     "judge_lanes": ("kernel", "Decide for each lane how its search continues.", "solution", "seeking"),
     "end_balance": ("kernel", "After the search for rotations.", "seeking", "i deformation"),
+}
+
+_OF_LAW = "i z memory c spring_force deformation"
+OF_GRIDS: dict[str, tuple[str, ...]] = {
     "pass_down": ("kernel", "Get what the columns of the storey above pass on to the joints of a thread."),
-    "find_joints_below": ("kernel", "Find the rotations of the joints below each storey of a thread."),
-    "exchange_corrections": ("kernel", "Get the corrections of the joints below and above the storeys of a thread."),
-    "relax_joints": ("kernel", "Solve the linear system of the joints by line relaxation."),
+    "exchange_turns": ("kernel", "Get the rotations of the joints below and above the storeys of a thread."),
+    "find_drifts": ("kernel", "Find the drifts of the storeys of a thread."),
+    "guess_joints": ("kernel", "Continue the rotations of joints before the first solution of a step."),
+    "factorise_joints": ("kernel", "Find the stiffness of members with hinges, and factorise that of the joints."),
+    "load_joints": ("kernel", "Find the moments that act on joints."),
+    "solve_joints": ("kernel", "Solve the linear system of the joints."),
+    "find_moments": (
+        "kernel",
+        "Compute the moments of all members and the rotations of all hinges.",
+        "",
+        "i deformation spring_force",
+    ),
+    "follow_lines": ("kernel", "Evaluate the laws of hinges that left their lines.", "solution", f"{_OF_LAW} seeking"),
+    "follow_line": ("kernel", "Evaluate the law of hinge i and take its tangent as line.", "", _OF_LAW),
+    "go_to_limit": ("kernel", "Take hinge i to the limit of the line that it leaves.", "", _OF_LAW),
+    "accept_line": ("kernel", "Accept the state of hinge i.", "", _OF_LAW),
+    "take_line": ("kernel", "Find the line of hinge i after its state was accepted.", "", _OF_LAW),
+    "drag_lines": ("kernel", "Move the limits of yielding hinges to their rotations.", "", "deformation"),
+    "judge_increment": ("kernel", "Decide how the search for rotations continues.", "solution", "seeking"),
+    "set_increment": ("kernel", "Set the drifts of the next solution."),
 }
 
 OF_LUMPED = {
     "Lumped structures of equal storeys": OF_EQUAL_STOREYS,
     "Frames with hinges": OF_COLUMN_LINE,
+    "Frames with hinges whose joints are a grid": OF_GRIDS,
     "Implicit steps of lumped structures": OF_IMPLICIT_STEPS,
 }

@@ -8,12 +8,12 @@ from warpdyn.engine.laws.springs import spring_row
 
 order = 5
 
-BORROWS = {"massless_rotations": ("turn", "factorises")}
+BORROWS = {"massless_rotations": ("turn", "factorises"), "hinge_failure": ("is_sound",)}
 LEAST_SLOPE = 1e-9  # of the initial stiffness of a hinge, in the matrix only
 
 
 def wanted(plan):
-    return plan.pattern is not None and plan.pattern.line is not None
+    return plan.pattern is not None and plan.pattern.line is not None and plan.frame_storeys is None
 
 
 def values_held(plan):
@@ -26,7 +26,7 @@ def names(plan):
     from warpdyn.engine.device.warp_exchange import number_at
     from warpdyn.engine.kernels.plan import DTYPES
 
-    dtype, line, law = DTYPES[plan.dtype], plan.line_of_thread, spring_row(plan.law)
+    dtype, line, law = DTYPES[plan.dtype], plan.pattern.line, spring_row(plan.law)
     hinges = [spring for spring in line.springs if spring >= 0]
     nonlinear = [spring for spring in hinges if spring not in line.linear]
     rows = [line.rows_of(spring) for spring in (*nonlinear, *line.linear)]
@@ -41,9 +41,6 @@ def names(plan):
         "LINEAR_HINGES": len(line.linear),
         "FIRST_STIFFNESS": plan.pattern.first_of_line + line.values - line.hinges - plan.dofs,
         "HAS_BRANCHES": has_branches,
-        # Registers of a GPU's thread are too few for the memory before and after a step.
-        "MAPS_AGAIN": plan.frame_storeys is not None,
-        "HINGES_FAIL": "spring" in plan.recorders and "ibarra_medina_krawinkler" in str(plan.law),
         "CHANGED": law.values_on_line or law.memory,
         "least_slope": wp.constant(dtype(LEAST_SLOPE)),
         "hinge_spring": number_at([*nonlinear, *line.linear]),
@@ -60,11 +57,9 @@ def declare():
     has_left = indices()  # whether a hinge leaves its branch
     trial_slope = row()
     changed_branch = row()  # largest change of a slope
-    is_sound = spring_rows()  # 1; 0 after the strength of a hinge was lost
 
 
 def read_spring_row():
-    is_sound[i, j] = dtype(1.0)
     if i >= N:
         first_slope[i, j] = terms[FIRST_STIFFNESS + i, j]
         hinge_slope[i, j] = first_slope[i, j]
@@ -92,9 +87,8 @@ def follow_hinges():
                 after = mapped_memory(rotation, memory, c) if IS_MAPPING else memory
                 spring_force[i, j] = followed_of(rotation, after, c)
                 slope_now = tangent_of(rotation, dtype(0.0), memory, after, c)
-                if not MAPS_AGAIN:
-                    for m in range(M):
-                        memory_then[i * M + m, j] = after[m]
+                for m in range(M):
+                    memory_then[i * M + m, j] = after[m]
             least = least_slope * first_slope[i, j]
             slope_now = wp.where(wp.abs(slope_now) < least, least, slope_now)
             changed_branch[j] = larger(changed_branch[j], wp.abs(slope_now - hinge_slope[i, j]))
@@ -147,7 +141,7 @@ def end_step():
 
 
 def accept_hinges():
-    if HINGES_FAIL:
+    if HINGE_FAILURE:
         for hinge in range(HINGES):
             i = hinge_spring(hinge)
             for j in range(LANES):
@@ -174,13 +168,6 @@ def accept_hinges():
                         after = mapped_memory(deformation[i, j], memory, c)
                         for m in range(M):
                             z[i * M + m, j] = after[m]
-        elif MAPS_AGAIN:
-            for j in range(LANES):
-                slot("storey_coefficients")
-                slot("accepted_memory")
-                after = mapped_memory(deformation[i, j], memory, c) if IS_MAPPING else memory
-                for m in range(M):
-                    z[i * M + m, j] = after[m]
         else:  # lanes in the inner loop, because a CPU would otherwise gather and scatter single values
             for m in range(M):
                 for j in range(LANES):

@@ -7,12 +7,9 @@ stiffness of all hinges, over-relaxed, which is the fixed-point iteration on pla
 solution has the status not_converged.
 """
 
-from warpdyn.engine.device.processor import across_warp
-
 order = 5
 
 BORROWS = {
-    "storey_moments": ("first_of_frame",),
     "massless_rotations": (
         "turn",
         "push",
@@ -35,7 +32,7 @@ FIELDS = {"Output": {"spring_without_equilibrium": "int32[]"}}
 
 
 def wanted(plan):
-    return plan.pattern is not None and plan.pattern.line is not None
+    return plan.pattern is not None and plan.pattern.line is not None and plan.frame_storeys is None
 
 
 def values_held(plan):
@@ -48,7 +45,7 @@ def names(plan):
     from warpdyn.engine.device.warp_exchange import number_at
     from warpdyn.engine.kernels.plan import DTYPES
 
-    dtype, line = DTYPES[plan.dtype], plan.line_of_thread
+    dtype, line = DTYPES[plan.dtype], plan.pattern.line
     return {
         "most_turn": wp.constant(dtype(MOST_TURN)),
         "over_relaxation": wp.constant(dtype(OVER_RELAXATION)),
@@ -118,12 +115,8 @@ def judge_balance():
     seeking = int(0)
     for j in range(LANES):
         seeking += wp.where(worst_balance[j] <= balance * largest_moment[j], 0, 1)
-    if THREADS > 1:  # the threads of a warp exchange values in each solution
-        seeking = across_warp(seeking)
     if seeking > 0:
         slot("judge_lanes")
-        if THREADS > 1:
-            seeking = across_warp(seeking)
 
 
 def judge_lanes():
@@ -139,9 +132,6 @@ def judge_lanes():
             present_slope[j] += unbalanced[k, j] * turn_change[k, j]
     for j in range(LANES):
         slope_at_start[j] = start_slope[j]
-        if THREADS > 1:
-            slope_at_start[j] = over_sections(start_slope[j], first_of_frame, THREADS)
-            present_slope[j] = over_sections(present_slope[j], first_of_frame, THREADS)
     seeking = int(0)
     falling = int(0)
     for j in range(LANES):
@@ -179,10 +169,6 @@ def end_balance():
                 worst_moment = larger(worst_moment, size)
             i = spring_of_turn(worst_turn)
             worst_spring = int(number_of_spring + 1)
-            if THREADS > 1:
-                is_worst = worst_moment >= over_frame(worst_moment, first_of_frame, THREADS)
-                named = wp.where(is_worst, dtype(worst_spring), dtype(0.0))
-                worst_spring = int(over_frame(named, first_of_frame, THREADS))
             if pace[j] > 0 and unsolved[j] == 0:
                 unsolved[j] = worst_spring
 

@@ -9,8 +9,6 @@ This file contains the loop. `column_line.py` (fish-bones) and `joint_frame.py` 
 bays) contain the moments and the linear system; `hinge_laws.py` contains the laws.
 """
 
-from warpdyn.engine.device.processor import across_warp
-
 order = 5
 
 MOST_SOLUTIONS = 80
@@ -19,7 +17,7 @@ TOLERANCE = {"float32": 5e-5, "float64": 1e-9}
 
 
 def wanted(plan):
-    return plan.pattern is not None and plan.pattern.line is not None
+    return plan.pattern is not None and plan.pattern.line is not None and plan.frame_storeys is None
 
 
 def values_held(plan):
@@ -31,7 +29,7 @@ def names(plan):
 
     from warpdyn.engine.kernels.plan import DTYPES
 
-    dtype, line = DTYPES[plan.dtype], plan.line_of_thread
+    dtype, line = DTYPES[plan.dtype], plan.pattern.line
     return {
         "balance": wp.constant(dtype(TOLERANCE[plan.dtype])),
         "ROTATIONS": line.rows - 1,  # rows of rotations without the last one, which is 0
@@ -58,8 +56,6 @@ def gather_springs():
     solution = int(0)
     while seeking > 0 and solution < MOST_SOLUTIONS:
         if has_begun > 0:
-            if THREADS > 1:
-                factorises = across_warp(factorises)
             if factorises > 0:
                 slot("factorise_line")
             slot("solve_line")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from warpdyn.engine.kernels.hinges.frame_storeys import frame_storeys
+from warpdyn.engine.kernels.grids.frame_storeys import frame_storeys
 from warpdyn.engine.kernels.loads import LOADS
 from warpdyn.engine.kernels.lumped.storeys import Storeys, storeys_of
 from warpdyn.engine.kernels.plan import WARP, Plan, has_joints, keeps_drifts, values_held
@@ -11,7 +11,7 @@ from warpdyn.engine.laws.springs import is_mixed
 # Recorders whose values belong to a storey; others sum up values of all storeys, or record histories of few samples.
 OF_STOREYS = {"spring", "output", "displacement", "acceleration", "residual", "drift"}
 # Recorders of frames with hinges whose members are divided among threads.
-OF_FRAMES = {"spring", "output", "displacement", "acceleration"}
+OF_FRAMES = {"spring", "output", "displacement", "acceleration", "drift"}
 # Values that a thread holds at most, so that its storeys, its other values and its temporary ones fit in registers.
 MOST_VALUES = {"float32": 130, "float64": 60}
 SHARED_WORK = 0.5  # work of a thread besides its storeys, relative to the work of a storey

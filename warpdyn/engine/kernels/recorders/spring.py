@@ -6,7 +6,7 @@ The deformation of a hinge of a frame counts until its strength is lost, because
 from warpdyn.foundations.core.output_variables import Variable
 
 order = 0
-BORROWS = {"hinge_laws": ("is_sound",)}
+BORROWS = {"hinge_failure": ("is_sound",)}
 VARIABLES = {
     "lumped": {
         "peak_spring_deformation": Variable(("spring",), "m", "peak absolute deformation of the spring"),
@@ -34,9 +34,8 @@ def see_spring():
     if SPRING_COLLAPSE:
         size = size * stands[j]
         size_of_force = size_of_force * stands[j]
-    if HINGE_LAWS:
-        if HINGES_FAIL:
-            size = size * is_sound[i, j]
+    if HINGE_FAILURE:
+        size = size * is_sound[i, j]
     peak_deformation[i, j] = larger(peak_deformation[i, j], size)
     peak_force[i, j] = larger(peak_force[i, j], size_of_force)
 

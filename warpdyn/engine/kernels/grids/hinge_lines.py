@@ -1,0 +1,276 @@
+"""Lines of the hinges of a frame whose joints are a grid, and the laws of hinges that leave their lines.
+
+In its last accepted state a hinge is on a straight line of its law, which holds between two rotations. A yielding hinge
+leaves its line as soon as it turns back, so one of its limits follows its rotation. A hinge beyond its limits is
+evaluated by its law: first at the limit, which is on the line, then at its present rotation. It takes the tangent there
+as its line for the next solution. Its limits are then set such that it stays outside of them until its state is
+accepted. Laws without a function for lines are evaluated in each solution.
+"""
+
+import numpy as np
+
+from warpdyn.engine.laws.springs import spring_row
+
+order = 5
+
+BORROWS = {
+    "joint_rotations": ("factorises", "states_found"),
+    "joint_matrix": ("runs",),
+    "hinged_members": ("largest_moment",),
+    "drift_increments": (
+        "present_share",
+        "reached_share",
+        "pushes",
+        "pace",
+        "accepts",
+        "returns",
+        "differing",
+        "largest_gap",
+        "spring_of_gap",
+        "largest_jump",
+    ),
+    "hinge_failure": ("is_sound",),
+    "copied_lines": ("copied_rotation", "copied_least_rotation", "copied_most_rotation", "copied_side"),
+}
+LEAST_SLOPE = 1e-9  # of the initial stiffness of a hinge
+BEYOND = 1e30  # a limit that no rotation reaches
+
+
+def wanted(plan):
+    return plan.frame_storeys is not None
+
+
+def values_held(plan):
+    return 5 * plan.line_of_thread.hinges
+
+
+def names(plan):
+    import warp as wp
+
+    from warpdyn.engine.device.extrema import clamped
+    from warpdyn.engine.kernels.plan import DTYPES
+
+    dtype, line, law = DTYPES[plan.dtype], plan.line_of_thread, spring_row(plan.law)
+    # On a CPU the arrays themselves serve as copies.
+    copied = () if plan.sections > 1 else ("rotation", "least_rotation", "most_rotation", "side")
+    own = {"rotation": "deformation"}
+    return {
+        "HINGES": line.hinges,
+        "FIRST_STIFFNESS": plan.pattern.first_of_line + line.values - line.hinges - plan.dofs,
+        "clamped": clamped,
+        # Shows the compiler that an index is not negative; otherwise it tests this for each lane.
+        "NOT_NEGATIVE": 2**30 - 1,
+        "KNOWS_LINES": law.line is not None,
+        "FAILS_SUDDENLY": "ibarra_medina_krawinkler" in str(plan.law),
+        "FIRST_ROTATION": 0 if plan.sections > 1 else plan.dofs,
+        "hinge_list": wp.types.vector(length=line.hinges, dtype=wp.int32),
+        "same_slope": wp.constant(dtype(4 * np.finfo(plan.dtype).eps)),
+        "least_slope": wp.constant(dtype(LEAST_SLOPE)),
+        "beyond": wp.constant(dtype(BEYOND)),
+        **{f"copied_{name}": own.get(name, name) for name in copied},
+        **({"line_of": law.line, "memory_along_line": law.memory_along_line} if law.line is not None else {}),
+    }
+
+
+def declare():
+    line_slope = end_rows()
+    line_intercept = end_rows()
+    least_rotation = end_rows()
+    most_rotation = end_rows()
+    side = end_rows()  # towards which a hinge yields: 1, -1, or 0 if it is elastic
+    outside = int(0)
+    is_followed = indices()  # whether the present hinge is evaluated in this lane
+    leaves_line_now = indices()
+    reached_rotation = row()
+    renewed = indices()  # hinges with a new line after the state was accepted
+    listed_hinge = hinge_list()  # hinges outside of the limits of their lines
+
+
+def read_spring_row():
+    if i >= N:
+        line_slope[i - N, j] = terms[FIRST_STIFFNESS + i, j]
+        most_rotation[i - N, j] = -beyond
+
+
+def follow_lines():
+    for j in range(LANES):
+        differing[j] = 0
+        renewed[j] = 0
+        largest_gap[j] = dtype(0.0)
+        largest_jump[j] = dtype(0.0)
+    listed = int(0)
+    for hinge in range(HINGES):
+        outside = int(0)
+        for j in range(LANES):
+            present = deformation[N + hinge, j]
+            is_inside = present >= least_rotation[hinge, j] and present <= most_rotation[hinge, j]
+            outside += wp.where(is_inside or runs[j] == 0, 0, 1)
+        if outside > 0:
+            listed_hinge[listed] = hinge
+            listed += 1
+            if COPIED_LINES:
+                for j in range(LANES):
+                    copied_rotation[hinge, j] = deformation[N + hinge, j]
+                    copied_least_rotation[hinge, j] = least_rotation[hinge, j]
+                    copied_most_rotation[hinge, j] = most_rotation[hinge, j]
+                    copied_side[hinge, j] = side[hinge, j]
+    place = int(0)
+    while place < listed:
+        followed = listed_hinge[place] & NOT_NEGATIVE
+        i = N + followed
+        slot("follow_line")
+        place += 1
+    for j in range(LANES):
+        factorises += differing[j]
+    slot("judge_increment")
+    place = int(0)
+    while place < listed:
+        followed = listed_hinge[place] & NOT_NEGATIVE
+        i = N + followed
+        slot("accept_line")
+        place += 1
+    if COPIED_LINES:
+        for hinge in range(HINGES):
+            outside = int(0)
+            for j in range(LANES):
+                present = deformation[N + hinge, j]
+                is_inside = present >= least_rotation[hinge, j] and present <= most_rotation[hinge, j]
+                outside += wp.where(is_inside or runs[j] == 0, 0, 1)
+            if outside > 0:
+                for j in range(LANES):
+                    least_rotation[hinge, j] = copied_least_rotation[hinge, j]
+                    most_rotation[hinge, j] = copied_most_rotation[hinge, j]
+                    side[hinge, j] = copied_side[hinge, j]
+    slot("drag_lines")
+    for j in range(LANES):
+        factorises += renewed[j]
+
+
+def follow_line():
+    leaving_now = int(0)
+    for j in range(LANES):
+        rotation = copied_rotation[FIRST_ROTATION + followed, j]
+        smallest_rotation = copied_least_rotation[followed, j]
+        largest_rotation = copied_most_rotation[followed, j]
+        is_within = rotation >= smallest_rotation and rotation <= largest_rotation
+        is_followed[j] = wp.where(is_within, 0, pace[j])
+        leaves_line_now[j] = wp.where(smallest_rotation <= largest_rotation, is_followed[j], 0)
+        leaving_now += leaves_line_now[j]
+    if KNOWS_LINES:
+        if leaving_now > 0:
+            slot("go_to_limit")
+    for j in range(LANES):
+        slot("storey_coefficients")
+        slot("accepted_memory")
+        rotation = copied_rotation[FIRST_ROTATION + followed, j]
+        after = mapped_memory(rotation, memory, c) if IS_MAPPING else memory
+        moment = followed_of(rotation, after, c)
+        slope = tangent_of(rotation, dtype(0.0), memory, after, c)
+        if FAILS_SUDDENLY:
+            # Between the last rotation with and the first one without strength there may be no equilibrium.
+            is_short = present_share[j] - reached_share[j] <= shortest
+            breaks = is_short and is_followed[j] > 0 and moment == dtype(0.0) and slope == dtype(0.0)
+            for m in range(M):
+                z[i * M + m, j] = wp.where(breaks, after[m], memory[m])
+            copied_least_rotation[followed, j] = wp.where(breaks, rotation, copied_least_rotation[followed, j])
+        smallest_slope = least_slope * terms[FIRST_STIFFNESS + i, j]
+        slope = wp.where(wp.abs(slope) < smallest_slope, smallest_slope, slope)
+        slope = wp.where(pushes[j] > 0, of_push * terms[FIRST_STIFFNESS + i, j], slope)
+        gap = wp.abs(moment - (line_slope[followed, j] * rotation + line_intercept[followed, j]))
+        changes = is_followed[j] > 0 and not (gap <= balance * largest_moment[j])
+        line_slope[followed, j] = wp.where(changes, slope, line_slope[followed, j])
+        line_intercept[followed, j] = wp.where(changes, moment - slope * rotation, line_intercept[followed, j])
+        differing[j] += wp.where(changes, 1, 0)
+        gap = wp.where(changes, gap, dtype(0.0))
+        spring_of_gap[j] = wp.where(gap > largest_gap[j], number_of_spring, spring_of_gap[j])
+        largest_gap[j] = larger(largest_gap[j], gap)
+        if KNOWS_LINES:
+            jump = wp.where(is_followed[j] > 0, wp.abs(rotation - copied_least_rotation[followed, j]), dtype(0.0))
+            largest_jump[j] = larger(largest_jump[j], jump)
+
+
+def go_to_limit():
+    for j in range(LANES):
+        slot("storey_coefficients")
+        slot("accepted_memory")
+        lower_limit = copied_least_rotation[followed, j]
+        upper_limit = copied_most_rotation[followed, j]
+        limit = clamped(copied_rotation[FIRST_ROTATION + followed, j], lower_limit, upper_limit)
+        moment_at_limit = line_slope[followed, j] * limit + line_intercept[followed, j]
+        at_limit = memory_along_line(limit, moment_at_limit, memory, c)
+        leaves = leaves_line_now[j] > 0
+        for m in range(M):
+            z[i * M + m, j] = wp.where(leaves, at_limit[m], memory[m])
+        copied_least_rotation[followed, j] = wp.where(leaves, limit, lower_limit)
+        copied_most_rotation[followed, j] = wp.where(leaves, -beyond, upper_limit)
+
+
+def accept_line():
+    for j in range(LANES):
+        rotation = copied_rotation[FIRST_ROTATION + followed, j]
+        smallest_rotation = copied_least_rotation[followed, j]
+        is_within = rotation >= smallest_rotation and rotation <= copied_most_rotation[followed, j]
+        is_followed[j] = wp.where(is_within, 0, accepts[j])
+        reached_rotation[j] = rotation
+        if KNOWS_LINES:  # a lane that returns is at the limit of its line
+            is_followed[j] = wp.where(is_within, 0, accepts[j] + returns[j])
+            reached_rotation[j] = wp.where(accepts[j] > 0, rotation, smallest_rotation)
+        slot("storey_coefficients")
+        slot("accepted_memory")
+        after = mapped_memory(reached_rotation[j], memory, c) if IS_MAPPING else memory
+        for m in range(M):
+            z[i * M + m, j] = wp.where(is_followed[j] > 0, after[m], memory[m])
+    if KNOWS_LINES:
+        slot("take_line")
+    elif HINGE_FAILURE:
+        for j in range(LANES):
+            is_flat = line_slope[followed, j] <= least_slope * terms[FIRST_STIFFNESS + i, j]
+            is_lost = is_followed[j] > 0 and is_flat and spring_force[i, j] == dtype(0.0)
+            is_sound[i, j] = wp.where(is_lost, dtype(0.0), is_sound[i, j])
+
+
+def take_line():
+    for j in range(LANES):
+        slot("storey_coefficients")
+        slot("accepted_memory")
+        is_changed = is_followed[j] > 0
+        reached_now = reached_rotation[j]
+        moment = followed_of(reached_now, memory, c)
+        slope, next_least, next_most, next_side = line_of(reached_now, memory, c)
+        smallest_slope = least_slope * terms[FIRST_STIFFNESS + i, j]
+        if HINGE_FAILURE:
+            has_failed = is_changed and moment == dtype(0.0) and wp.abs(slope) <= smallest_slope
+            is_sound[i, j] = wp.where(has_failed, dtype(0.0), is_sound[i, j])
+        slope = wp.where(wp.abs(slope) < smallest_slope, smallest_slope, slope)
+        # The line of the last solution is kept if it is the same, because a new one costs a factorisation.
+        of_line = line_slope[followed, j] * reached_now + line_intercept[followed, j]
+        is_same = wp.abs(moment - of_line) <= balance * largest_moment[j]
+        is_same = is_same and wp.abs(slope - line_slope[followed, j]) <= same_slope * terms[FIRST_STIFFNESS + i, j]
+        is_new = is_changed and not is_same
+        line_slope[followed, j] = wp.where(is_new, slope, line_slope[followed, j])
+        line_intercept[followed, j] = wp.where(is_new, moment - slope * reached_now, line_intercept[followed, j])
+        lower_limit = copied_least_rotation[followed, j]
+        copied_least_rotation[followed, j] = wp.where(is_changed, next_least, lower_limit)
+        upper_limit = copied_most_rotation[followed, j]
+        copied_most_rotation[followed, j] = wp.where(is_changed, next_most, upper_limit)
+        copied_side[followed, j] = wp.where(is_changed, next_side, copied_side[followed, j])
+        renewed[j] += wp.where(is_new, 1, 0)
+
+
+def drag_lines():
+    for hinge in range(HINGES):
+        for j in range(LANES):
+            rotation_reached = deformation[N + hinge, j]
+            lower_now = least_rotation[hinge, j]
+            upper_now = most_rotation[hinge, j]
+            side_now = wp.where(accepts[j] > 0, side[hinge, j], dtype(0.0))
+            least_rotation[hinge, j] = wp.where(side_now > dtype(0.0), rotation_reached, lower_now)
+            most_rotation[hinge, j] = wp.where(side_now < dtype(0.0), rotation_reached, upper_now)
+
+
+def push_springs():
+    # Storeys have no law and no memory.
+    for k in range(M):
+        for j in range(LANES):
+            for floor in range(N):
+                z[floor * M + k, j] = dtype(0.0)

@@ -1,0 +1,117 @@
+"""The linear system of the joints of a grid on a GPU, whose threads have a storey each, solved by relaxation.
+
+The joints of a floor are solved exactly together, even and odd floors alternately. A column couples neighbouring floors
+by less than half of the stiffness at its ends, so each sweep divides the error by 10 to 20. Sweeps start from
+rotations that continue the last step, and end when one changes no moment by more than the tolerance.
+"""
+
+order = 6
+
+BORROWS = {
+    "joint_rotations": ("open_threads",),
+    "joint_matrix": ("solved", "joint_load", "joint_stiffness", "is_open"),
+    "hinged_members": ("largest_moment", "tie", "first_of_frame"),
+    "drift_increments": ("pace",),
+    "shared_warp": ("lowest", "thread_above", "thread_below"),
+}
+
+OVER_RELAXATION = 1.05
+MOST_SWEEPS = 20
+
+
+def wanted(plan):
+    return plan.frame_storeys is not None and plan.sections > 1
+
+
+def values_held(plan):
+    return 5 * plan.frame_storeys.lines + 2
+
+
+def names(plan):
+    import warp as wp
+
+    from warpdyn.engine.kernels.plan import DTYPES
+
+    dtype = DTYPES[plan.dtype]
+    return {
+        "of_sweep": wp.constant(dtype(OVER_RELAXATION)),
+        "MOST_SWEEPS": MOST_SWEEPS,
+        "floor_of_joints": wp.types.matrix(shape=(plan.frame_storeys.lines, plan.lanes), dtype=dtype),
+    }
+
+
+def declare():
+    inverse_pivot = floor_of_joints()
+    eliminated = floor_of_joints()  # share of a joint's moment that the next joint of its floor takes
+    coupling_above = floor_of_joints()  # of the joints at both ends of each column of the storey above
+    floor_turn = floor_of_joints()
+    share_of_move = row()
+    moved_moment = row()
+
+
+def factorise_joints():
+    for q in range(LINES):
+        beam = 3 * (LINES + q) + 1
+        for j in range(LANES):
+            coupling_above[q, j] = from_thread(tie[3 * q + 1, j], thread_above)
+            pivot = joint_stiffness[q, j]
+            if q > 0:
+                pivot -= eliminated[q - 1, j] * tie[beam - 3, j]
+            inverse_pivot[q, j] = dtype(1.0) / pivot
+            if q < BEAMS:
+                eliminated[q, j] = tie[beam, j] * inverse_pivot[q, j]
+
+
+def exchange_turns():
+    for edge in range(LINES):
+        for j in range(LANES):
+            solved[edge, j] = from_thread(solved[LINES + edge, j], thread_below)
+            solved[2 * LINES + edge, j] = from_thread(solved[LINES + edge, j], thread_above)
+
+
+def solve_joints():
+    sweep = int(0)
+    open_threads = int(1)
+    for j in range(LANES):
+        is_open[j] = pace[j]
+    while open_threads > 0 and sweep < MOST_SWEEPS:
+        for j in range(LANES):
+            moved_moment[j] = dtype(0.0)
+        for parity in range(2):
+            slot("exchange_turns")
+            for j in range(LANES):
+                # Samples that have finished do not move, so that their bits do not depend on other samples.
+                is_next = lowest % 2 == parity and is_open[j] > 0
+                share_of_move[j] = wp.where(is_next, of_sweep, dtype(0.0))
+            for q in range(LINES):
+                for j in range(LANES):
+                    load_left = joint_load[q, j] - tie[3 * q + 1, j] * solved[q, j]
+                    load_left -= coupling_above[q, j] * solved[2 * LINES + q, j]
+                    if q > 0:
+                        load_left -= eliminated[q - 1, j] * floor_turn[q - 1, j]
+                    floor_turn[q, j] = load_left
+            for down in range(LINES):
+                q = LINES - 1 - down
+                for j in range(LANES):
+                    solved_now = floor_turn[q, j] * inverse_pivot[q, j]
+                    if q < BEAMS:
+                        solved_now -= eliminated[q, j] * floor_turn[q + 1, j]
+                    floor_turn[q, j] = solved_now
+                    change = share_of_move[j] * (solved_now - solved[LINES + q, j])
+                    solved[LINES + q, j] += change
+                    moved_moment[j] = larger(moved_moment[j], wp.abs(change) * joint_stiffness[q, j])
+        open_threads = int(0)
+        for j in range(LANES):
+            still_moves = wp.where(moved_moment[j] <= balance * largest_moment[j], 0, is_open[j])
+            is_open[j] = any_of_frame(still_moves, first_of_frame, THREADS)
+            open_threads += is_open[j]
+        open_threads = any_in_warp(open_threads)
+        sweep += 1
+    slot("exchange_turns")
+
+
+def find_moments():
+    # The largest moment may have grown since the last sweep.
+    for j in range(LANES):
+        still_moves = wp.where(moved_moment[j] <= balance * largest_moment[j], 0, is_open[j])
+        is_open[j] = any_of_frame(still_moves, first_of_frame, THREADS)

@@ -1,0 +1,127 @@
+"""Rotations of joints and hinges of a frame whose joints are a grid, found in each step; the floors are integrated.
+
+Each hinge is on a straight line of its law: moment = slope x rotation + intercept. With these lines the hinges of a
+member are eliminated in closed form, so that the rotations of joints are the only unknowns of a linear system
+(`hinged_members.py`, `joint_relaxation.py`). The solution is exact if no hinge leaves its line, which is the case in
+most steps; this is checked for each hinge in each solution. Otherwise `hinge_lines.py` evaluates the laws of the hinges
+that left their lines, and `drift_increments.py` decides how the search continues.
+
+This file contains the loop. On a GPU each thread of a warp has the members of one storey (`shared_warp.py`); on a CPU a
+thread has all storeys.
+"""
+
+order = 5
+
+BORROWS = {
+    "hinged_members": ("largest_moment", "leaving"),
+    "joint_matrix": ("solved", "runs", "is_open"),
+    "drift_increments": ("pace", "failed_spring", "accepts", "returns"),
+    "shared_warp": ("section",),
+}
+MOST_SOLUTIONS = 300
+# Largest unbalanced moment, relative to the largest moment of the sample so far.
+TOLERANCE = {"float32": 5e-5, "float64": 1e-9}
+
+
+def wanted(plan):
+    return plan.frame_storeys is not None
+
+
+def values_held(plan):
+    return 3 * plan.line_of_thread.free // plan.frame_storeys.lines + plan.line_of_thread.free + 3
+
+
+def names(plan):
+    import warp as wp
+
+    from warpdyn.engine.device.warp_exchange import any_in_warp, any_of_frame
+    from warpdyn.engine.kernels.plan import DTYPES
+
+    dtype = DTYPES[plan.dtype]
+    floors = plan.frame_storeys.count // plan.sections
+    return {
+        "balance": wp.constant(dtype(TOLERANCE[plan.dtype])),
+        "MOST_SOLUTIONS": MOST_SOLUTIONS,
+        "storey_row": wp.types.matrix(shape=(floors, plan.lanes), dtype=dtype),
+        "any_in_warp": any_in_warp,
+        "any_of_frame": any_of_frame,
+    }
+
+
+def declare():
+    drift_then = storey_row()  # drifts of the thread's storeys in the last accepted state
+    drift_wanted = storey_row()  # drifts in the present state
+    drift_now = storey_row()  # drifts of the present solution
+    turn_then = joint_rows()  # rotations of joints in the last accepted state
+    states_found = int(0)
+    factorises = int(1)  # whether a line has changed
+    open_threads = int(0)
+
+
+def gather_springs():
+    slot("find_drifts")
+    slot("guess_joints")
+    seeking = int(1)
+    solution = int(0)
+    while seeking > 0 and solution < MOST_SOLUTIONS:
+        if THREADS > 1:
+            factorises = any_in_warp(factorises)
+        if factorises > 0:
+            slot("factorise_joints")
+            factorises = int(0)
+        slot("load_joints")
+        slot("solve_joints")
+        slot("find_moments")
+        open_threads = int(0)
+        for j in range(LANES):
+            open_threads += wp.where(pace[j] > 0, leaving[j] + is_open[j], 0)
+        if THREADS > 1:
+            open_threads = any_in_warp(open_threads)
+        if open_threads > 0:
+            slot("follow_lines")
+        else:
+            seeking = int(0)
+            slot("drag_lines")
+        solution += 1
+    for floor in range(FLOORS):
+        for j in range(LANES):
+            drift_then[floor, j] = drift_wanted[floor, j]
+    states_found += 1
+
+
+def find_drifts():
+    for floor in range(FLOORS):
+        for j in range(LANES):
+            present_drift = dtype(0.0)
+            if THREADS > 1:
+                for storey in range(N):
+                    present_drift = wp.where(storey == section, deformation[storey, j], present_drift)
+                    if HAS_LOADS:
+                        if storey == section:
+                            present_drift += terms[FIRST_DRIFT + storey, j]
+            else:
+                present_drift = deformation[floor, j]
+                if HAS_LOADS:
+                    present_drift += terms[FIRST_DRIFT + floor, j]
+            drift_wanted[floor, j] = present_drift
+            drift_now[floor, j] = present_drift
+
+
+def guess_joints():
+    for j in range(LANES):
+        # A lane that has finished does not move.
+        pace[j] = wp.where((h[j] > dtype(0.0) or states_found == 0) and failed_spring[j] == 0, 1, 0)
+        runs[j] = pace[j]
+        accepts[j] = pace[j]
+        returns[j] = 0
+    for joint in range(JOINTS):
+        for j in range(LANES):
+            reached_turn = solved[joint + LINES, j]
+            last_change = reached_turn - turn_then[joint, j]
+            goes_on = pace[j] > 0 and states_found > 1
+            solved[joint + LINES, j] = wp.where(goes_on, reached_turn + last_change, reached_turn)
+            turn_then[joint, j] = reached_turn
+
+
+def restore():
+    f = spring_force[i, j]
