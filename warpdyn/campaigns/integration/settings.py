@@ -9,6 +9,9 @@ from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 
+from warpdyn.engine.kernels.grids.frame_storeys import frame_storeys
+from warpdyn.engine.kernels.hinges.layout import JointFrame
+from warpdyn.engine.kernels.lumped.division import OF_FRAMES
 from warpdyn.engine.kernels.queues import checked_devices, free_memory
 from warpdyn.engine.laws.devices.parameters import ViscousDamper
 from warpdyn.engine.methods.defaults import (
@@ -24,6 +27,7 @@ from warpdyn.engine.methods.kinds import MultistepMethod
 from warpdyn.engine.methods.table import METHODS, StoreyForces
 from warpdyn.foundations.core.checks import one_of, real_number, true_or_false, whole_number
 from warpdyn.foundations.core.thread_pool import MOST_THREADS, cores
+from warpdyn.model.ground_motions.event_sequences import EventSequence
 from warpdyn.model.ground_motions.filtered_noise import FilteredNoise
 from warpdyn.model.scene.normal_variables.noise import NoiseOfNormals
 from warpdyn.model.structures.shear_building import ShearBuilding
@@ -149,12 +153,21 @@ class Integration:
                 is_gpu=is_gpu,
                 records_only_drifts=scene.recorders == ("drift",) and scene.collapse_limit is None,
                 is_noise=isinstance(scene.excitation, FilteredNoise | NoiseOfNormals),
+                is_grid=_is_grid(scene),
             )
             chosen |= {"method": default.method, "refinement": default.steps, "reason": default.reason}
         elif isinstance(METHODS[chosen["method"]], MultistepMethod) and not self.is_stepped:
             chosen |= {"refinement": STEPS_OF_MULTISTEP}
         divides = self.on_unstable == "substep" and not self.is_stepped
         return Settled(**vars(self) | chosen, divides_steps=divides)
+
+
+def _is_grid(scene: Scene) -> bool:
+    """Return whether the structure is a frame with hinges whose joints are a grid, and the kernel of grids applies."""
+    line = getattr(scene.structure, "column_line", None)
+    if not isinstance(line, JointFrame) or isinstance(scene.excitation, EventSequence):
+        return False
+    return set(scene.recorders) <= OF_FRAMES and frame_storeys(line) is not None
 
 
 @dataclass(frozen=True, kw_only=True)
