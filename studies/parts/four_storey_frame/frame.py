@@ -90,8 +90,13 @@ def hinge(values: tuple[float, ...], kind: str) -> dict[str, Any]:
     }
 
 
-def frame_and_hinges() -> tuple[wd.Frame, dict[tuple[str, str], dict[str, Any]]]:
-    """Return the frame with end springs, and the laws of its 56 hinges by member and end."""
+def frame_and_hinges(*, columns_shorten: bool = True) -> tuple[wd.Frame, dict[tuple[str, str], dict[str, Any]]]:
+    """Return the frame with end springs, and the laws of its 56 hinges by member and end.
+
+    Args:
+        columns_shorten: Whether axial forces shorten the columns. Otherwise no joint moves vertically, and the leaning
+            column carries all weight: its P-Delta effect on a storey depends on the weight above only.
+    """
     y = np.append(0.0, np.cumsum(HEIGHTS))
     nodes: dict[str, Any] = {}
     members: dict[str, Any] = {}
@@ -108,9 +113,12 @@ def frame_and_hinges() -> tuple[wd.Frame, dict[tuple[str, str], dict[str, Any]]]
 
     for level, height in enumerate(y):
         for line, place in enumerate(lines):
-            load = JOINT_LOADS[level - 1][place] if level else 0.0
+            load = JOINT_LOADS[level - 1][place] if level and columns_shorten else 0.0
             nodes[f"J{level}_{line + 1}"] = {"x": BAY * line, "y": height, "gravity_load": load}
-        nodes[f"L{level}"] = {"x": 4 * BAY, "y": height, "gravity_load": LEANING_LOADS[level - 1] if level else 0.0}
+        weight = LEANING_LOADS[level - 1] if level else 0.0
+        if level and not columns_shorten:
+            weight += sum(JOINT_LOADS[level - 1][place] for place in lines)
+        nodes[f"L{level}"] = {"x": 4 * BAY, "y": height, "gravity_load": weight}
         if level:
             diaphragms[f"floor {level}"] = [*(f"J{level}_{line}" for line in range(1, 5)), f"L{level}"]
     for storey in range(1, 5):
@@ -125,6 +133,8 @@ def frame_and_hinges() -> tuple[wd.Frame, dict[tuple[str, str], dict[str, Any]]]
         ends = {"start": f"L{storey - 1}", "end": f"L{storey}"}
         members[f"L{storey}"] = ends | {"section": "leaning", "kind": "truss"}
     supports = {f"J0_{line}": "fixed" for line in range(1, 5)} | {"L0": "pinned"}
+    if not columns_shorten:
+        supports |= {joint: "roller" for floor in diaphragms.values() for joint in floor if joint.startswith("J")}
     masses = dict(zip(diaphragms, MASSES, strict=True))
     return wd.Frame(nodes, members, sections, supports=supports, diaphragms=diaphragms, masses=masses), hinges
 

@@ -37,8 +37,8 @@ def random_strengths(per: str, only: tuple[str, ...] | None = None) -> dict[str,
 
 
 def whole_frame() -> Model:
-    """Return the frame with its 56 hinges."""
-    structure = wd.HingedFrame(*frame_and_hinges(), drift_capacity=COLLAPSE_DRIFT_RATIO, **DAMPED)
+    """Return the frame with its 56 hinges; its columns do not shorten, so that kernels for grids apply."""
+    structure = wd.HingedFrame(*frame_and_hinges(columns_shorten=False), drift_capacity=COLLAPSE_DRIFT_RATIO, **DAMPED)
     return Model(structure, random_strengths("spring", structure.hinge_names))
 
 
