@@ -1,0 +1,95 @@
+"""Between the limits of its line a hinge has the moment of its law; it can be moved there without evaluating the law."""
+
+import numpy as np
+import pytest
+import warp as wp
+
+from warpdyn.engine.laws import LAWS
+from warpdyn.engine.laws.ibarra_medina_krawinkler import branchless_rules, capped_rules
+from warpdyn.engine.laws.springs import spring_row
+
+IMK = "ibarra_medina_krawinkler_bilinear"
+STIFFNESS, YIELD_ROTATION = 2e8, 0.005  # N m/rad, rad
+CAPPED = {
+    "yield_force": STIFFNESS * YIELD_ROTATION,
+    "plastic_drift_to_capping": 0.02,
+    "post_capping_drift": 0.08,
+    "ultimate_drift": 0.15,
+    "capping_force_ratio": 1.1,
+    "residual_force_ratio": 0.3,
+}
+NAMES = ("strength_deterioration_drift", "post_capping_deterioration_drift", "unloading_deterioration_drift")
+CASES = {
+    "bilinear": ("bilinear", "bilinear", {"yield_force": CAPPED["yield_force"], "hardening_ratio": 0.02}),
+    "capped": (IMK, capped_rules.variant(), CAPPED),
+    "deteriorating": (IMK, branchless_rules.variant(LAWS[IMK].variants[IMK]), CAPPED | dict.fromkeys(NAMES, 1.5)),
+}
+PATHS, STEPS = 64, 400
+
+
+def coefficients(law, values):
+    """Return the coefficients of a hinge, by name."""
+    given = {name: each.default for name, each in law.parameters.items() if each.default is not None} | values
+    p = {name: np.full((1, 1), float(value)) for name, value in (given | {"stiffness": STIFFNESS}).items()}
+    return {name: float(np.ravel(value)[0]) for name, value in law.named_coefficients(p, law.spring(p)).items()}
+
+
+def compared(variant, c):
+    """Return (moment of the law, moment of the line, whether the line is known, slope) along random paths."""
+    spring = spring_row(variant)
+    follow, held, line, along = spring.return_mapping, spring.force_after_mapping, spring.line, spring.memory_along_line
+    held = held or spring.force_at_accepted_state
+    vector = wp.types.vector(length=len(c), dtype=wp.float64)
+    memories = wp.types.vector(length=spring.memory, dtype=wp.float64)
+
+    @wp.kernel
+    def walk(
+        rotations: wp.array2d(dtype=wp.float64),
+        shares: wp.array2d(dtype=wp.float64),
+        c: vector,
+        found: wp.array3d(dtype=wp.float64),
+    ):
+        path = wp.tid()
+        memory = memories()
+        for step in range(rotations.shape[1]):
+            memory = follow(rotations[path, step], memory, c)
+            slope, least, most, side = line(rotations[path, step], memory, c)
+            moment = held(rotations[path, step], memory, c)
+            tried = rotations[path, step]
+            known = wp.float64(0.0)
+            if least <= most:
+                known = wp.float64(1.0)
+                low = wp.max(least, tried - wp.float64(0.05))
+                high = wp.min(most, tried + wp.float64(0.05))
+                tried = low + shares[path, step] * (high - low)
+            of_line = moment + slope * (tried - rotations[path, step])
+            after = follow(tried, memory, c)
+            moved = along(tried, of_line, memory, c)
+            beyond = tried + wp.float64(0.03) * (shares[path, step] - wp.float64(0.5))
+            found[path, step, 0] = held(tried, after, c)
+            found[path, step, 1] = of_line
+            found[path, step, 2] = known
+            # A hinge that was moved along its line continues as one whose law was evaluated.
+            found[path, step, 3] = held(beyond, follow(beyond, after, c), c)
+            found[path, step, 4] = held(beyond, follow(beyond, moved, c), c)
+
+    random = np.random.default_rng(5)
+    turns = np.cumsum(random.normal(0, 0.006, (PATHS, STEPS)) * random.choice([0.2, 1.0, 3.0], (PATHS, 1)), axis=1)
+    turns = 0.12 * np.sin(turns / 0.12)
+    given = [wp.array(each, dtype=wp.float64, device="cpu") for each in (turns, random.random((PATHS, STEPS)))]
+    found = wp.array(np.full((PATHS, STEPS, 5), np.nan), dtype=wp.float64, device="cpu")
+    wp.launch(walk, PATHS, [*given, vector(*c), found], device="cpu")
+    return np.moveaxis(found.numpy(), 2, 0)
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_a_line_has_the_moments_of_the_law_between_its_limits(case):
+    name, variant, values = CASES[case]
+    law = LAWS[name]
+    named = coefficients(law, values)
+    rules = law.variants[variant] if isinstance(variant, str) else variant
+    of_law, of_line, is_known, continued, expected = compared(rules, [named[each] for each in rules.coefficients])
+    scale = values["yield_force"]
+    assert is_known.mean() > 0.6  # a hinge without strength has no line
+    np.testing.assert_allclose(of_line, of_law, rtol=0, atol=1e-9 * scale)
+    np.testing.assert_allclose(continued, expected, rtol=0, atol=1e-9 * scale)
