@@ -1,4 +1,4 @@
-"""Between the limits of its line a hinge has the moment of its law; it can be moved there without evaluating the law."""
+"""Between the limits of its line a hinge has the moment of its law, and can be moved without evaluating the law."""
 
 import numpy as np
 import pytest
@@ -53,7 +53,7 @@ def compared(variant, c):
         memory = memories()
         for step in range(rotations.shape[1]):
             memory = follow(rotations[path, step], memory, c)
-            slope, least, most, side = line(rotations[path, step], memory, c)
+            slope, least, most, _side = line(rotations[path, step], memory, c)
             moment = held(rotations[path, step], memory, c)
             tried = rotations[path, step]
             known = wp.float64(0.0)
