@@ -153,7 +153,7 @@ class Integration:
                 is_gpu=is_gpu,
                 records_only_drifts=scene.recorders == ("drift",) and scene.collapse_limit is None,
                 is_noise=isinstance(scene.excitation, FilteredNoise | NoiseOfNormals),
-                is_grid=_is_grid(scene),
+                is_grid=is_grid(scene),
             )
             chosen |= {"method": default.method, "refinement": default.steps, "reason": default.reason}
         elif isinstance(METHODS[chosen["method"]], MultistepMethod) and not self.is_stepped:
@@ -162,7 +162,7 @@ class Integration:
         return Settled(**vars(self) | chosen, divides_steps=divides)
 
 
-def _is_grid(scene: Scene) -> bool:
+def is_grid(scene: Scene) -> bool:
     """Return whether the structure is a frame with hinges whose joints are a grid, and the kernel of grids applies."""
     line = getattr(scene.structure, "column_line", None)
     if not isinstance(line, JointFrame) or isinstance(scene.excitation, EventSequence):

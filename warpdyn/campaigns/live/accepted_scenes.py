@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from warpdyn.campaigns.integration.settings import is_grid
+from warpdyn.engine.methods.kinds import MultistepMethod
 from warpdyn.engine.methods.table import METHODS
 from warpdyn.foundations.core.checks import check_kind
 from warpdyn.model.ground_motions.designs import Cloud, OneMotionPerStructure
@@ -41,7 +43,7 @@ def check_scene(scene: Scene) -> None:
         raise ValueError("Live records from the first sample on: remove record_from from the scene")
 
 
-def check_method(method: str, family: str) -> None:
+def check_method(method: str, scene: Scene) -> None:
     """Raise a ValueError if a method does not give the bits of `simulate` while the motion arrives.
 
     The compiler fuses products and sums of these kernels in another way if they can pause; measured differences of peak
@@ -49,10 +51,16 @@ def check_method(method: str, family: str) -> None:
 
     Args:
         method: Name of the integration method.
-        family: Family of the structure, such as "lumped".
+        scene: The scene, which `check_scene` has accepted.
     """
     row = METHODS[method]
-    if row.is_adaptive or (row.kind == "implicit" and family == "lumped"):
+    if is_grid(scene) and isinstance(row, MultistepMethod):
+        raise ValueError(
+            f"Live does not support method {method!r} (the default of simulate) for a frame whose joints are a grid, "
+            "because the kernel of such frames cannot pause: give integration=wd.Integration(method='rk4') to Live, "
+            "and method='rk4' to simulate if you compare both"
+        )
+    if row.is_adaptive or (row.kind == "implicit" and scene.structure.family == "lumped"):
         what = "adaptive steps" if row.is_adaptive else "an implicit method of a LumpedStructure"
         raise ValueError(
             f"Live does not support method {method!r} ({what}), because its last bits would differ from those of "

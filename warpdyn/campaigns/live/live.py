@@ -131,7 +131,7 @@ class Live:
         tracks = (Track(packet_step, patience, longest_gap),) * max(1, scene.excitation.base_components)
         self.arriving = Arriving(Receiver(tracks, packet_step, self.step, factor))
         run = build_run(scene, self.structures, integration, self.execution, seed)
-        check_method(run.integration.method, scene.structure.family)
+        check_method(run.integration.method, scene)
         queue = open_queues(run.execution.devices, run.model.threads)[0]
         [(ensemble, vibration)] = run.events(np.arange(self.structures), queue)
         findings = run.findings[0]

@@ -88,6 +88,7 @@ OF_GRIDS: dict[str, tuple[str, ...]] = {
     "go_to_limit": ("kernel", "Take hinge i to the limit of the line that it leaves.", "", _OF_LAW),
     "accept_line": ("kernel", "Accept the state of hinge i.", "", _OF_LAW),
     "take_line": ("kernel", "Find the line of hinge i after its state was accepted.", "", _OF_LAW),
+    "take_earlier_line": ("kernel", "Return hinge i to the line of the last accepted state.", "", _OF_LAW),
     "drag_lines": ("kernel", "Move the limits of yielding hinges to their rotations.", "", "deformation"),
     "judge_increment": ("kernel", "Decide how the search for rotations continues.", "solution", "seeking"),
     "set_increment": ("kernel", "Set the drifts of the next solution."),

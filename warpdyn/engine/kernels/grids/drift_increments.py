@@ -25,7 +25,7 @@ MOST_SOLUTIONS_OF_INCREMENT = 6
 SOLUTIONS_OF_SHORTEST, TURN_OF_SOLUTIONS = 132, 22
 PUSH = 0.6  # more than half, so that the moments of elastic hinges do not alternate with growing amplitude
 SHORTEST = 1 / 64  # of the change of the drifts in a step
-MOST_MOMENT = 1e30  # larger rotations, or NaN, end the search: the sample diverges
+MOST_ROTATION = 1e30  # rad; a larger sum of changes, or NaN, ends the search: the sample diverges
 
 FIELDS = {"Output": {"spring_without_equilibrium": "int32[]"}}
 
@@ -47,7 +47,7 @@ def names(plan):
     return {
         "most_turn": wp.constant(dtype(MOST_TURN)),
         "shortest": wp.constant(dtype(SHORTEST)),
-        "most_moment": wp.constant(dtype(MOST_MOMENT)),
+        "most_rotation_sum": wp.constant(dtype(MOST_ROTATION)),
         "of_push": wp.constant(dtype(PUSH)),
         "SOLUTIONS_OF_SHORTEST": SOLUTIONS_OF_SHORTEST,
         "TURN_OF_SOLUTIONS": TURN_OF_SOLUTIONS,
@@ -68,7 +68,10 @@ def declare():
     spring_of_gap = indices()
     largest_jump = row()  # largest change of a rotation
     turned_in_all = row()
-    failed_spring = indices()  # 1 + the hinge with the largest gap in the first state without equilibrium
+    # 1 + the hinge with the largest gap in the first state without equilibrium; the first hinge, if only the joints
+    # did not converge
+    failed_spring = indices()
+    largest_then = row()  # the largest moment in the last accepted state
 
 
 def guess_joints():
@@ -77,6 +80,7 @@ def guess_joints():
         present_share[j] = dtype(1.0)
         solutions_tried[j] = 0
         pushes[j] = 0
+        largest_then[j] = largest_moment[j]
 
 
 def judge_increment():
@@ -97,7 +101,7 @@ def judge_increment():
             gap_of_frame = over_frame(largest_gap[j], first_of_frame, THREADS)
             named = wp.where(largest_gap[j] >= gap_of_frame, dtype(spring_of_gap[j]), dtype(0.0))
             spring_of_gap[j] = int(over_frame(named, first_of_frame, THREADS))
-        is_lost = not (turned_in_all[j] <= most_moment)
+        is_lost = not (turned_in_all[j] <= most_rotation_sum)
         length = present_share[j] - reached_share[j]
         is_far = largest_jump[j] > most_turn and length > shortest
         is_found = differences == 0 and not is_far
@@ -139,6 +143,9 @@ def set_increment():
             partly = drift_then[floor, j] + present_share[j] * change
             partly = wp.where(present_share[j] < dtype(1.0), partly, drift_wanted[floor, j])
             drift_now[floor, j] = wp.where(pace[j] > 0, partly, drift_now[floor, j])
+    for j in range(LANES):
+        largest_then[j] = wp.where(accepts[j] > 0, largest_moment[j], largest_then[j])
+        largest_moment[j] = wp.where(returns[j] > 0, largest_then[j], largest_moment[j])
     for joint in range(JOINTS):
         for j in range(LANES):
             turn_reached = solved[joint + LINES, j]

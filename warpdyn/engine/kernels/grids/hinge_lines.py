@@ -63,6 +63,7 @@ def names(plan):
         "KNOWS_LINES": law.line is not None,
         "FAILS_SUDDENLY": "ibarra_medina_krawinkler" in str(plan.law),
         "FIRST_ROTATION": 0 if plan.sections > 1 else plan.dofs,
+        "hinge_memories": wp.types.matrix(shape=(max(1, line.hinges * law.memory), plan.lanes), dtype=dtype),
         "hinge_list": wp.types.vector(length=line.hinges, dtype=wp.int32),
         "same_slope": wp.constant(dtype(4 * np.finfo(plan.dtype).eps)),
         "least_slope": wp.constant(dtype(LEAST_SLOPE)),
@@ -81,7 +82,11 @@ def declare():
     outside = int(0)
     is_followed = indices()  # whether the present hinge is evaluated in this lane
     leaves_line_now = indices()
-    reached_rotation = row()
+    earlier_memory = hinge_memories()  # before a hinge left its line, for a search that returns
+    earlier_slope = end_rows()
+    earlier_intercept = end_rows()
+    earlier_least = end_rows()
+    earlier_most = end_rows()  # below the least rotation if the hinge has not left its line
     renewed = indices()  # hinges with a new line after the state was accepted
     listed_hinge = hinge_list()  # hinges outside of the limits of their lines
 
@@ -90,6 +95,7 @@ def read_spring_row():
     if i >= N:
         line_slope[i - N, j] = terms[FIRST_STIFFNESS + i, j]
         most_rotation[i - N, j] = -beyond
+        earlier_most[i - N, j] = -beyond
 
 
 def follow_lines():
@@ -97,6 +103,7 @@ def follow_lines():
         differing[j] = 0
         renewed[j] = 0
         largest_gap[j] = dtype(0.0)
+        spring_of_gap[j] = N
         largest_jump[j] = dtype(0.0)
     listed = int(0)
     for hinge in range(HINGES):
@@ -200,7 +207,13 @@ def go_to_limit():
         at_limit = memory_along_line(limit, moment_at_limit, memory, c)
         leaves = leaves_line_now[j] > 0
         for m in range(M):
+            earlier = earlier_memory[followed * M + m, j]
+            earlier_memory[followed * M + m, j] = wp.where(leaves, memory[m], earlier)
             z[i * M + m, j] = wp.where(leaves, at_limit[m], memory[m])
+        earlier_slope[followed, j] = wp.where(leaves, line_slope[followed, j], earlier_slope[followed, j])
+        earlier_intercept[followed, j] = wp.where(leaves, line_intercept[followed, j], earlier_intercept[followed, j])
+        earlier_least[followed, j] = wp.where(leaves, lower_limit, earlier_least[followed, j])
+        earlier_most[followed, j] = wp.where(leaves, upper_limit, earlier_most[followed, j])
         copied_least_rotation[followed, j] = wp.where(leaves, limit, lower_limit)
         copied_most_rotation[followed, j] = wp.where(leaves, -beyond, upper_limit)
 
@@ -211,17 +224,14 @@ def accept_line():
         smallest_rotation = copied_least_rotation[followed, j]
         is_within = rotation >= smallest_rotation and rotation <= copied_most_rotation[followed, j]
         is_followed[j] = wp.where(is_within, 0, accepts[j])
-        reached_rotation[j] = rotation
-        if KNOWS_LINES:  # a lane that returns is at the limit of its line
-            is_followed[j] = wp.where(is_within, 0, accepts[j] + returns[j])
-            reached_rotation[j] = wp.where(accepts[j] > 0, rotation, smallest_rotation)
         slot("storey_coefficients")
         slot("accepted_memory")
-        after = mapped_memory(reached_rotation[j], memory, c) if IS_MAPPING else memory
+        after = mapped_memory(rotation, memory, c) if IS_MAPPING else memory
         for m in range(M):
             z[i * M + m, j] = wp.where(is_followed[j] > 0, after[m], memory[m])
     if KNOWS_LINES:
         slot("take_line")
+        slot("take_earlier_line")
     elif HINGE_FAILURE:
         for j in range(LANES):
             is_flat = line_slope[followed, j] <= least_slope * terms[FIRST_STIFFNESS + i, j]
@@ -234,7 +244,7 @@ def take_line():
         slot("storey_coefficients")
         slot("accepted_memory")
         is_changed = is_followed[j] > 0
-        reached_now = reached_rotation[j]
+        reached_now = copied_rotation[FIRST_ROTATION + followed, j]
         moment = followed_of(reached_now, memory, c)
         slope, next_least, next_most, next_side = line_of(reached_now, memory, c)
         smallest_slope = least_slope * terms[FIRST_STIFFNESS + i, j]
@@ -254,7 +264,24 @@ def take_line():
         upper_limit = copied_most_rotation[followed, j]
         copied_most_rotation[followed, j] = wp.where(is_changed, next_most, upper_limit)
         copied_side[followed, j] = wp.where(is_changed, next_side, copied_side[followed, j])
+        earlier_most[followed, j] = wp.where(is_changed, -beyond, earlier_most[followed, j])
         renewed[j] += wp.where(is_new, 1, 0)
+
+
+def take_earlier_line():
+    for j in range(LANES):
+        returns_now = returns[j] > 0 and earlier_least[followed, j] <= earlier_most[followed, j]
+        for m in range(M):
+            kept = z[i * M + m, j]
+            z[i * M + m, j] = wp.where(returns_now, earlier_memory[followed * M + m, j], kept)
+        line_slope[followed, j] = wp.where(returns_now, earlier_slope[followed, j], line_slope[followed, j])
+        line_intercept[followed, j] = wp.where(returns_now, earlier_intercept[followed, j], line_intercept[followed, j])
+        lower_kept = copied_least_rotation[followed, j]
+        copied_least_rotation[followed, j] = wp.where(returns_now, earlier_least[followed, j], lower_kept)
+        upper_kept = copied_most_rotation[followed, j]
+        copied_most_rotation[followed, j] = wp.where(returns_now, earlier_most[followed, j], upper_kept)
+        earlier_most[followed, j] = wp.where(returns_now, -beyond, earlier_most[followed, j])
+        renewed[j] += wp.where(returns_now, 1, 0)
 
 
 def drag_lines():

@@ -15,7 +15,7 @@ order = 5
 BORROWS = {
     "hinged_members": ("largest_moment", "leaving"),
     "joint_matrix": ("solved", "runs", "is_open"),
-    "drift_increments": ("pace", "failed_spring", "accepts", "returns"),
+    "drift_increments": ("pace", "failed_spring", "accepts", "returns", "present_share", "spring_of_gap"),
     "shared_warp": ("section",),
 }
 MOST_SOLUTIONS = 300
@@ -74,7 +74,9 @@ def gather_springs():
         slot("find_moments")
         open_threads = int(0)
         for j in range(LANES):
-            open_threads += wp.where(pace[j] > 0, leaving[j] + is_open[j], 0)
+            # A lane that seeks a part of the step goes on; one that has ended is accepted together with the last lane.
+            is_partial = wp.where(present_share[j] < dtype(1.0), 1, 0)
+            open_threads += wp.where(pace[j] > 0, leaving[j] + is_open[j] + is_partial, runs[j])
         if THREADS > 1:
             open_threads = any_in_warp(open_threads)
         if open_threads > 0:
@@ -83,6 +85,10 @@ def gather_springs():
             seeking = int(0)
             slot("drag_lines")
         solution += 1
+    if seeking > 0:
+        for j in range(LANES):
+            if pace[j] > 0 and failed_spring[j] == 0:
+                failed_spring[j] = spring_of_gap[j] + 1
     for floor in range(FLOORS):
         for j in range(LANES):
             drift_then[floor, j] = drift_wanted[floor, j]

@@ -32,9 +32,7 @@ def names(plan):
 
     pattern = plan.pattern
     storey_of = {spring: number for number, own in enumerate(pattern.storeys, start=1) for spring in own}
-    # Hinges of frames have no capacity, but recorders need their deformations at the instant of collapse.
-    has_hinges = pattern.line is not None and not plan.has_drift_capacity and "spring" not in plan.recorders
-    rows = plan.dofs if has_hinges else plan.springs_of_thread
+    rows = _rows(plan)
     listed = number_at([storey_of.get(spring, -1) for spring in range(pattern.springs)])
     return {
         "LIMITED": rows,
@@ -47,7 +45,14 @@ def names(plan):
 
 
 def values_held(plan):
-    return 2 * plan.pattern.springs + 5
+    return 2 * _rows(plan) + 5
+
+
+def _rows(plan):
+    """Return the number of springs that are compared with a capacity, or whose deformation a recorder needs."""
+    # Hinges of frames have no capacity, but the recorder of springs needs their deformations at the collapse.
+    has_hinges = plan.pattern.line is not None and not plan.has_drift_capacity and "spring" not in plan.recorders
+    return plan.dofs if has_hinges else plan.springs_of_thread
 
 
 def declare():

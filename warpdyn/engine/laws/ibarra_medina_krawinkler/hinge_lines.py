@@ -17,7 +17,7 @@ from warpdyn.engine.laws.row_functions import device_functions
 
 FAR = wp.constant(wp.float64(1e30))  # a drift that no hinge reaches
 MARGIN = wp.constant(wp.float64(1e-4))  # distance of a limit from the end of a line, in yield drifts
-SHARE = wp.constant(wp.float64(1e-6))  # the same, as a share of the drift at the end of the line
+SHARE = wp.constant(wp.float64(1e-6))  # the same distance, as a share of the drift at the end of the line
 
 
 @wp.func
@@ -127,6 +127,8 @@ def line_rules(name: str, M: Any, DETERIORATES: bool) -> tuple[Callable, Callabl
         )
         side = wp.where(is_unknown, zero, side)
         slope_now = wp.where(on_backbone, tangent, stiffness)
+        is_lost = memory[M.SLOPE_LOSS_ABOVE] > one or memory[M.SLOPE_LOSS_BELOW] > one
+        slope_now = wp.where(is_lost and force == zero, zero, slope_now)
         return slope_now * c[C.INVERSE_YIELD_DRIFT] * c[C.YIELD_FORCE], lower, upper, side
 
     def memory_along_line(drift: Any, force: Any, memory: Any, c: Any):

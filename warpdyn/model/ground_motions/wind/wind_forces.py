@@ -105,7 +105,7 @@ class WindForces:
         findings.add("wind_height", height, along="floor")
         findings.add("wind_height_over_floor_below", height[1:] / height[:-1])
         findings.add("wind_speed", speed, along="floor")
-        if np.all(np.diff(height) > 0):
+        if height.size > 1 and np.all(np.diff(height) > 0):
             findings.add("wind_profile_exponent", np.log(speed[-1] / speed[0]) / np.log(height[-1] / height[0]))
         findings.add("wind_area", self.area, along="floor")
         findings.add("wind_drag_coefficient", self.drag_coefficient, along="floor")
