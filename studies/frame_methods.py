@@ -5,8 +5,8 @@
 The frame is the four-storey steel frame of studies/four_storey_frame.py with 56 deteriorating hinges, under a record at
 three levels: elastic, yielding and near collapse. The error of a method is the largest difference of its storey drifts
 from the reference during the history, divided by the largest drift. The reference is rk4 with a very short step;
-OpenSees is an independent program, which converges to it. The study writes frame_methods.nc and one figure. A point
-is missing if a step has no equilibrium that the method finds; if OpenSeesPy is missing, its curve is missing.
+OpenSees is an independent program, which converges to it while the hinges are elastic. The study writes
+frame_methods.nc and one figure. A point is missing if a history failed; without OpenSeesPy, its curve is missing.
 """
 
 from __future__ import annotations

@@ -35,5 +35,5 @@ def test_study(tmp_path: Path) -> None:
             rotation = result["hinge_rotation"].sel(model=model).dropna("hinge")
             assert rotation.sizes["hinge"] == hinges
             assert (rotation.diff("quantile") >= 0).all()
-        # The default step: 0.12 % near collapse; the study's numbers of the frame are rounded to seven digits.
-        assert np.abs(result["drift_over_frame"].sel(model="frame") - 1).max() < 0.01
+        # Columns that do not shorten change the drifts by 4.2 % at most, in an elastic history.
+        assert np.abs(result["drift_over_frame"].sel(model="frame") - 1).max() < 0.05

@@ -35,7 +35,10 @@ def coefficients(law, values):
 
 
 def compared(variant, c):
-    """Return (moment of the law, moment of the line, whether the line is known, slope) along random paths."""
+    """Return values along random paths: moments of law and line, whether the line is known, moments one step later.
+
+    The last two are moments after a further step, from the law's memory and from that of `memory_along_line`.
+    """
     spring = spring_row(variant)
     follow, held, line, along = spring.return_mapping, spring.force_after_mapping, spring.line, spring.memory_along_line
     held = held or spring.force_at_accepted_state

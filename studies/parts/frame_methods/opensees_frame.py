@@ -122,7 +122,8 @@ def _build(ops: ModuleType) -> list[int]:
     ops.algorithm("Linear")
     ops.integrator("LoadControl", 1.0)
     ops.analysis("Static")
-    ops.analyze(1)
+    if ops.analyze(1):
+        raise RuntimeError("OpenSees found no equilibrium under gravity")
     ops.loadConst("-time", 0.0)
     ops.wipeAnalysis()
     return floors

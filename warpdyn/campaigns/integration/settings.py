@@ -12,6 +12,7 @@ import numpy as np
 from warpdyn.engine.kernels.grids.frame_storeys import frame_storeys
 from warpdyn.engine.kernels.hinges.layout import JointFrame
 from warpdyn.engine.kernels.lumped.division import OF_FRAMES
+from warpdyn.engine.kernels.plan import WARP
 from warpdyn.engine.kernels.queues import checked_devices, free_memory
 from warpdyn.engine.laws.devices.parameters import ViscousDamper
 from warpdyn.engine.methods.defaults import (
@@ -167,7 +168,9 @@ def is_grid(scene: Scene) -> bool:
     line = getattr(scene.structure, "column_line", None)
     if not isinstance(line, JointFrame) or isinstance(scene.excitation, EventSequence):
         return False
-    return set(scene.recorders) <= OF_FRAMES and frame_storeys(line) is not None
+    storeys = frame_storeys(line)
+    laws = {row["law"] for row in scene.structure.hinges.values()}
+    return set(scene.recorders) <= OF_FRAMES and storeys is not None and storeys.count <= WARP and len(laws) == 1
 
 
 @dataclass(frozen=True, kw_only=True)

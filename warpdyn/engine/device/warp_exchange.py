@@ -90,7 +90,7 @@ def any_in_warp(value: wp.int32) -> wp.int32:
 
 @wp.func_native(_ANY_OF_FRAME)
 def any_of_frame(value: wp.int32, first: wp.int32, threads: wp.int32) -> wp.int32:
-    """Return the same for the threads that share a sample, from thread `first` on."""
+    """Return whether the value of one of the threads that share a sample, from thread `first` on, is not 0: 1 or 0."""
 
 
 LARGEST = {"float32": over_frame_float32, "float64": over_frame_float64}

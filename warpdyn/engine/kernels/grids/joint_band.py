@@ -1,7 +1,7 @@
-"""The linear system of the joints of a grid on a CPU, whose threads have all storeys: factors of a banded matrix.
+"""The linear system of the joints of a grid on a CPU, where a thread computes all storeys: a banded matrix.
 
 Joints are numbered floor by floor, so the half bandwidth is the number of column lines. The factors are kept until the
-line of a hinge changes. Sweeps as in `joint_relaxation.py` would wait for each other.
+line of a hinge changes. Sweeps as in `joint_relaxation.py` would be sequential.
 """
 
 from warpdyn.engine.kernels.hinges.banded_rows import factor_of_row, reduction_of_row, solution_of_row

@@ -1,4 +1,4 @@
-"""The linear system of the joints of a grid on a GPU, whose threads have a storey each, solved by relaxation.
+"""The linear system of the joints of a grid on a GPU, where each thread computes a storey, solved by relaxation.
 
 The joints of a floor are solved exactly together, even and odd floors alternately. A column couples neighbouring floors
 by less than half of the stiffness at its ends, so each sweep divides the error by 10 to 20. Sweeps start from

@@ -1,10 +1,11 @@
 """Rotations of joints and hinges of a frame whose joints are a grid, found in each step; the floors are integrated.
 
 Each hinge is on a straight line of its law: moment = slope x rotation + intercept. With these lines the hinges of a
-member are eliminated in closed form, so that the rotations of joints are the only unknowns of a linear system
-(`hinged_members.py`, `joint_relaxation.py`). The solution is exact if no hinge leaves its line, which is the case in
-most steps; this is checked for each hinge in each solution. Otherwise `hinge_lines.py` evaluates the laws of the hinges
-that left their lines, and `drift_increments.py` decides how the search continues.
+member are eliminated in closed form (`hinged_members.py`), so that the rotations of joints are the only unknowns of a
+linear system, which is solved by `joint_band.py` on a CPU and by `joint_relaxation.py` on a GPU. The solution is exact
+if no hinge leaves its line, which is the case in most steps; this is checked for each hinge in each solution. Otherwise
+`hinge_lines.py` evaluates the laws of the hinges that left their lines, and `drift_increments.py` decides how the search
+continues.
 
 This file contains the loop. On a GPU each thread of a warp has the members of one storey (`shared_warp.py`); on a CPU a
 thread has all storeys.
@@ -74,7 +75,7 @@ def gather_springs():
         slot("find_moments")
         open_threads = int(0)
         for j in range(LANES):
-            # A lane that seeks a part of the step goes on; one that has ended is accepted together with the last lane.
+            # A lane that seeks a part of the step continues; one that has ended is accepted with the last lane.
             is_partial = wp.where(present_share[j] < dtype(1.0), 1, 0)
             open_threads += wp.where(pace[j] > 0, leaving[j] + is_open[j] + is_partial, runs[j])
         if THREADS > 1:

@@ -32,7 +32,7 @@ def names(plan):
 
     pattern = plan.pattern
     storey_of = {spring: number for number, own in enumerate(pattern.storeys, start=1) for spring in own}
-    rows = _rows(plan)
+    rows = limited_springs(plan)
     listed = number_at([storey_of.get(spring, -1) for spring in range(pattern.springs)])
     return {
         "LIMITED": rows,
@@ -45,10 +45,10 @@ def names(plan):
 
 
 def values_held(plan):
-    return 2 * _rows(plan) + 5
+    return 2 * limited_springs(plan) + 5
 
 
-def _rows(plan):
+def limited_springs(plan):
     """Return the number of springs that are compared with a capacity, or whose deformation a recorder needs."""
     # Hinges of frames have no capacity, but the recorder of springs needs their deformations at the collapse.
     has_hinges = plan.pattern.line is not None and not plan.has_drift_capacity and "spring" not in plan.recorders
