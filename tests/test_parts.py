@@ -13,6 +13,7 @@ from law_rows import rules_of
 
 import warpdyn as wd
 from warpdyn.engine.kernels import build, composition, registry, source
+from warpdyn.engine.kernels.composing.user_recorders import USERS
 from warpdyn.engine.kernels.output_table import RECORDERS
 from warpdyn.engine.kernels.plan import Plan, structs
 
@@ -100,7 +101,7 @@ assert "warp" not in sys.modules
 
 
 def test_arguments_are_what_parts_declare():
-    types = structs("float32")
+    types = structs("float32", tuple(USERS.values()))  # other tests of this process may define recorders
     assert set(vars(types)) == {"Control", "History", "Load", "Output", "Samples", "Structure"}
     outputs = {name for rows in RECORDERS.values() for variables in rows.values() for name in variables}
     assert outputs < set(types.Output.vars)
