@@ -165,11 +165,12 @@ class Integration:
 
 def is_grid(scene: Scene) -> bool:
     """Return whether the structure is a frame with hinges whose joints are a grid, and the kernel of grids applies."""
-    line = getattr(scene.structure, "column_line", None)
+    structure: Any = scene.structure
+    line = getattr(structure, "column_line", None)
     if not isinstance(line, JointFrame) or isinstance(scene.excitation, EventSequence):
         return False
     storeys = frame_storeys(line)
-    laws = {row["law"] for row in scene.structure.hinges.values()}
+    laws = {row["law"] for row in structure.hinges.values()}
     return set(scene.recorders) <= OF_FRAMES and storeys is not None and storeys.count <= WARP and len(laws) == 1
 
 
