@@ -7,6 +7,9 @@ import pytest
 
 import warpdyn as wd
 from warpdyn.campaigns.integration import model
+from warpdyn.campaigns.integration.model import dynamics_of
+from warpdyn.campaigns.integration.settings import is_grid
+from warpdyn.campaigns.live.accepted_scenes import check_method
 from warpdyn.engine.kernels import build
 from warpdyn.engine.kernels.grids.frame_storeys import frame_storeys
 from warpdyn.engine.kernels.lumped.division import can_share_frame
@@ -159,3 +162,19 @@ def test_threads_divide_all_members_hinges_and_values(threads):
 def test_frames_without_a_grid_of_hinged_members_have_no_storeys():
     assert frame_storeys(grid_frame(2, 1, base="pinned").column_line) is None
     assert frame_storeys(grid_frame(2, 1, hinged_beams=False).column_line) is None
+
+
+@pytest.mark.fast
+def test_the_default_method_of_grids_needs_the_kernel_of_grids():
+    motion = wd.GroundMotion(np.sin(np.arange(50.0)), 0.01, "sine")
+
+    def is_grid_with(frame, recorders=("drift",)):
+        return is_grid(wd.Scene(frame, wd.Cloud([motion]), recorders=recorders))
+
+    assert is_grid_with(grid_frame())
+    assert not is_grid_with(grid_frame(), recorders=("residual",))
+    assert not is_grid_with(grid_frame(hinged_beams=False))
+    scene = wd.Scene(grid_frame(), wd.Cloud([motion]), recorders=("drift",))
+    assert wd.Integration().settled(dynamics_of(scene).forces, scene, is_gpu=False).method == "leapfrog"
+    with pytest.raises(ValueError, match="kernel of such frames cannot pause"):
+        check_method("leapfrog", scene)
