@@ -40,10 +40,10 @@ def end_of_segment(drift: Any, intercept: Any, slope: Any, capping: Any, falling
     hardening = intercept + slope * drift
     capped = capping - falling * drift
     tangent = wp.where(hardening < capped, slope, -falling)
-    cap_drift = wp.where(
-        slope + falling > zero, (capping - intercept) / maximum(slope + falling, type(drift)(1e-30)), far
-    )
-    residual_drift = wp.where(falling > zero, (capping - residual) / maximum(falling, type(drift)(1e-30)), far)
+    smallest = type(drift)(SMALLEST)
+    bend = slope + falling
+    cap_drift = wp.where(bend > zero, (capping - intercept) / maximum(bend, smallest), far)
+    residual_drift = wp.where(falling > zero, (capping - residual) / maximum(falling, smallest), far)
     end = wp.where(hardening < capped, minimum(cap_drift, residual_drift), residual_drift)
     is_at_residual = minimum(hardening, capped) <= residual
     end = wp.where(is_at_residual, wp.where(capped <= residual, far, drift), end)
@@ -115,8 +115,8 @@ def line_rules(name: str, M: Any, DETERIORATES: bool) -> tuple[Callable, Callabl
         most = wp.where(on_backbone, end, far_above)
         least = wp.where(on_backbone, way * u, -far_below)
         side = wp.where(on_backbone, way, zero)
-        is_unknown = memory[M.SLOPE_LOSS_ABOVE] > one or memory[M.SLOPE_LOSS_BELOW] > one
-        is_unknown = is_unknown or (force == zero and (seen > zero or memory[M.LIFT] != zero or on_backbone))
+        is_lost = memory[M.SLOPE_LOSS_ABOVE] > one or memory[M.SLOPE_LOSS_BELOW] > one
+        is_unknown = is_lost or (force == zero and (seen > zero or memory[M.LIFT] != zero or on_backbone))
         scale = one / c[C.INVERSE_YIELD_DRIFT]
         lower = wp.where(is_unknown, drift, scale * wp.where(up, least, -most))
         upper = wp.where(is_unknown, -far, scale * wp.where(up, most, -least))
@@ -127,7 +127,6 @@ def line_rules(name: str, M: Any, DETERIORATES: bool) -> tuple[Callable, Callabl
         )
         side = wp.where(is_unknown, zero, side)
         slope_now = wp.where(on_backbone, tangent, stiffness)
-        is_lost = memory[M.SLOPE_LOSS_ABOVE] > one or memory[M.SLOPE_LOSS_BELOW] > one
         slope_now = wp.where(is_lost and force == zero, zero, slope_now)
         return slope_now * c[C.INVERSE_YIELD_DRIFT] * c[C.YIELD_FORCE], lower, upper, side
 
