@@ -9,10 +9,7 @@ from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 
-from warpdyn.engine.kernels.grids.frame_storeys import frame_storeys
-from warpdyn.engine.kernels.hinges.layout import JointFrame
-from warpdyn.engine.kernels.lumped.division import OF_FRAMES
-from warpdyn.engine.kernels.plan import WARP
+from warpdyn.engine.kernels.lumped.division import has_grid_kernel
 from warpdyn.engine.kernels.queues import checked_devices, free_memory
 from warpdyn.engine.laws.devices.parameters import ViscousDamper
 from warpdyn.engine.methods.defaults import (
@@ -167,11 +164,9 @@ def is_grid(scene: Scene) -> bool:
     """Return whether the structure is a frame with hinges whose joints are a grid, and the kernel of grids applies."""
     structure: Any = scene.structure
     line = getattr(structure, "column_line", None)
-    if not isinstance(line, JointFrame) or isinstance(scene.excitation, EventSequence):
+    if isinstance(scene.excitation, EventSequence) or not has_grid_kernel(line, scene.recorders):
         return False
-    storeys = frame_storeys(line)
-    laws = {row["law"] for row in structure.hinges.values()}
-    return set(scene.recorders) <= OF_FRAMES and storeys is not None and storeys.count <= WARP and len(laws) == 1
+    return len({row["law"] for row in structure.hinges.values()}) == 1
 
 
 @dataclass(frozen=True, kw_only=True)

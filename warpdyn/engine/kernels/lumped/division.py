@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 from warpdyn.engine.kernels.grids.frame_storeys import frame_storeys
+from warpdyn.engine.kernels.hinges.layout import JointFrame
 from warpdyn.engine.kernels.loads import LOADS
 from warpdyn.engine.kernels.lumped.storeys import Storeys, storeys_of
 from warpdyn.engine.kernels.plan import WARP, Plan, has_joints, keeps_drifts, values_held
@@ -32,14 +35,21 @@ def divided_storeys(plan: Plan) -> Storeys | None:
     return None if storeys is None or ("output" in plan.recorders and not storeys.outputs) else storeys
 
 
+def has_grid_kernel(line: object, recorders: Iterable[str]) -> bool:
+    """Return whether the kernel of grids supports the joints and members of a frame with hinges, and the recorders."""
+    if not isinstance(line, JointFrame) or not set(recorders) <= OF_FRAMES:
+        return False
+    storeys = frame_storeys(line)
+    return storeys is not None and storeys.count <= WARP
+
+
 def can_share_frame(plan: Plan) -> bool:
-    """Return whether the threads of a warp can share a frame with hinges, each with the members of one storey."""
+    """Return whether the kernel of grids supports a plan; on a GPU the threads of a warp then share a frame."""
     if not has_joints(plan) or not keeps_drifts(plan) or plan.control is not None or is_mixed(plan.law):
         return False
-    if not set(plan.recorders) <= OF_FRAMES or plan.pauses or plan.resumes or plan.starts_displaced:
+    if plan.pauses or plan.resumes or plan.starts_displaced:
         return False
-    storeys = frame_storeys(plan.pattern.line)
-    return storeys is not None and storeys.count <= WARP
+    return has_grid_kernel(plan.pattern.line, plan.recorders)
 
 
 def sections_of_storeys(plan: Plan) -> int:
