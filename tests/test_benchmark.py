@@ -82,6 +82,18 @@ def test_cpp_integrates_the_same_building(study: ModuleType, law: str) -> None:
 
 
 @needs_compiler
+def test_a_compiled_peer_leaves_numbers_below_the_least_normal_one(study: ModuleType) -> None:
+    """A library linked with -ffast-math would turn them to 0 in all code of the process that runs later."""
+    compiled, peer = (importlib.import_module(f"peers.{name}") for name in ("compiled", "cpp_vectors"))
+    ensemble = study.cases.draw_ensemble(1, 8, 20)
+    terms = {"law": "elastic", "dtype": "float64", "device": "cpu", "substeps": 1, "recorders": "drift"}
+    case = study.cases.build_peer_case(ensemble, terms, np.arange(8))
+    assert compiled.load("g++", peer.FLAGS, "shear_chain.cpp", **compiled.macros_of(case), LANES=8).shear_chain
+    least = np.finfo(np.float64).smallest_normal
+    assert np.float64(least) / np.float64(2) * np.float64(2) == least
+
+
+@needs_compiler
 @pytest.mark.parametrize(
     ("law", "storeys"),
     [("elastic", 1), thorough_unless(False, "bilinear", 1), thorough_unless(False, "bilinear", 5)],

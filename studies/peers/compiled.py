@@ -34,12 +34,16 @@ def load(compiler: str, flags: tuple[str, ...], source: str, **macros: str | int
         raise Missing(f"{compiler} is not on the PATH; install it, or add its folder to PATH")
     target = _FOLDER / ("-".join(map(str, (source, *macros.values()))) + ".so")
     defined = [f"-D{name}={value}" for name, value in macros.items()]
-    command = [path, *flags, "-shared", *defined, "-o", str(target), str(Path(__file__).with_name(source))]
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
-    if done.returncode != 0:
-        raise RuntimeError(
-            f"{compiler} cannot compile {source}; correct the source or its flags: {done.stderr.strip()[-500:]}"
-        )
+    parts = target.with_suffix(".o")
+    compile_source = [path, *flags, "-c", *defined, "-o", str(parts), str(Path(__file__).with_name(source))]
+    # Linked without the flags: a library linked with -ffast-math changes the processor's state for the whole thread that
+    # loads it. From then on its numbers below the least normal one are 0, in NumPy and in all other code, too.
+    for command in (compile_source, [path, "-shared", "-o", str(target), str(parts)]):
+        done = subprocess.run(command, capture_output=True, text=True, check=False)
+        if done.returncode != 0:
+            raise RuntimeError(
+                f"{compiler} cannot compile {source}; correct the source or its flags: {done.stderr.strip()[-500:]}"
+            )
     return ctypes.CDLL(str(target))
 
 
