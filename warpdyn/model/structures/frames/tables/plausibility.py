@@ -14,6 +14,9 @@ if TYPE_CHECKING:
 
 # Largest relative difference of gravity loads [N] and masses [kg] that are the same numbers, or differ by g twice.
 SAME_NUMBERS = 0.015
+# Smallest radius of gyration [m] of sections whose area is surely that of the material: a smaller one may follow from a
+# very large area.
+LEAST_RADIUS = 0.02
 
 
 def warn_of_implausible_tables(frame: Frame) -> None:
@@ -30,6 +33,13 @@ def warn_of_implausible_tables(frame: Frame) -> None:
     findings.add_each("elastic_modulus", list(modulus.values()), lambda place: f" {sections[place]!r}")
     radii = [float(np.sqrt(row["second_moment"] / row["area"])) for row in frame.sections.values()]
     findings.add_each("radius_of_gyration", radii, lambda place: f" {sections[place]!r}")
+    # A mass of 0 is the default: the masses are on the floors.
+    densities = [row["mass_per_length"] / row["area"] for row in frame.sections.values()]
+    densities = [
+        density if density > 0 and radius > LEAST_RADIUS else np.nan
+        for density, radius in zip(densities, radii, strict=True)
+    ]
+    findings.add_each("mass_over_area", densities, lambda place: f" {sections[place]!r}")
     # Vertical and horizontal bars may be leaning columns and links, whose areas are large so that lengths stay equal.
     along = np.diff(frame.coordinates[frame.ends], axis=1)[:, 0]
     braces = np.flatnonzero(frame.geometry.is_bar & along.all(axis=1))
