@@ -1,20 +1,23 @@
-"""The study of methods for frames with hinges: errors are those of each method's recurrence while hinges are elastic."""
+"""The study of methods for frames with hinges: elastic errors are those of the recurrence of each method."""
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import numpy as np
 import pytest
 import xarray as xr
-from conftest import documented_commands, run_study
+from conftest import ROOT, documented_commands, run_study
 from labels import check_labels
 from matplotlib import image
-from parts.four_storey_frame.frame import COEFFICIENTS, MASSES, frame_and_hinges
 from scipy.linalg import expm
 
 import warpdyn as wd
+
+sys.path.insert(0, str(ROOT / "studies"))
+from parts.four_storey_frame.frame import COEFFICIENTS, MASSES, frame_and_hinges
 
 END, LEVEL, INTERVAL = 2.0, 0.3, 0.01  # s, factor of the record at the level "elastic", s
 FLOORS = len(MASSES)
@@ -115,17 +118,17 @@ RECURRENCES = {
     "leapfrog": leapfrog,
     "Newmark (OpenSees)": newmark,
 }
-# Errors are drifts over the largest drift. float64: the study's reference is rk4 with a step 32 times as short as 0.005 s,
-# at which its error is 2e-5, so the error of the reference is 2e-5 / 32^4 = 2e-11. float32: 400 steps round by 6e-8 each,
-# which adds up to 1.2e-6 if the signs are random. OpenSees: the iterations end with increments of 1e-7 m, and the largest
-# drift is 3.5e-4 m.
+# Errors are drifts over the largest drift. float64: the study's reference is rk4 with a step 32 times as short as
+# 0.005 s, at which its error is 2e-5, so the error of the reference is 2e-5 / 32^4 = 2e-11. float32: 400 steps round by
+# 6e-8 each, which adds up to 1.2e-6 if the signs are random. OpenSees: the iterations end with increments of 1e-7 m,
+# and the largest drift is 3.5e-4 m.
 TOLERANCES = {"rk4, float32": 1.5e-6, "Newmark (OpenSees)": 3e-4}
 
 
 @pytest.mark.thorough  # it compiles ten kernels
 def test_study(tmp_path: Path) -> None:
     (command,) = (c for c in documented_commands() if "studies/frame_methods.py" in c)
-    done = run_study(f"{command} --end {END:g} --steps 2", tmp_path)
+    done = run_study(f"{command} --end {END:g} --steps 2", tmp_path, has_device=False)
     assert done.returncode == 0, done.stderr
     assert image.imread(tmp_path / "frame_methods.png").shape[0] > 500
     frame = LinearFrame()
@@ -148,6 +151,6 @@ def test_the_recurrences_have_the_orders_of_their_methods(
     frame = LinearFrame()
     exact = frame.exact_drifts()
     coarse, fine = (np.abs(frame.drifts(method, h) - exact).max() for h in (0.00125, 0.000625))
-    # The next term of an error is smaller by up to w h = 0.056 (highest mode), and half of this at half the step, so that
-    # the logarithm of the ratio of the errors changes by up to 0.028 / ln(2).
+    # The next term of an error is smaller by up to w h = 0.056 (highest mode), and half of this at half the step, so
+    # that the logarithm of the ratio of the errors changes by up to 0.028 / ln(2).
     assert np.log2(coarse / fine) == pytest.approx(order, abs=0.04)
