@@ -19,9 +19,12 @@ CAPPED = {
     "residual_force_ratio": 0.3,
 }
 NAMES = ("strength_deterioration_drift", "post_capping_deterioration_drift", "unloading_deterioration_drift")
+# Each change of the moment's sign makes the hardening lines less steep.
+STEEP = CAPPED | {"plastic_drift_to_capping": 0.0015, "post_capping_drift": 0.2, "ultimate_drift": 0.0}
 CASES = {
     "bilinear": ("bilinear", "bilinear", {"yield_force": CAPPED["yield_force"], "hardening_ratio": 0.02}),
     "capped": (IMK, capped_rules.variant(), CAPPED),
+    "steep": (IMK, capped_rules.variant(), STEEP | {"capping_force_ratio": 1.08, "stiffness": 40 * STIFFNESS}),
     "deteriorating": (IMK, branchless_rules.variant(LAWS[IMK].variants[IMK]), CAPPED | dict.fromkeys(NAMES, 1.5)),
 }
 PATHS, STEPS = 64, 400
@@ -29,8 +32,9 @@ PATHS, STEPS = 64, 400
 
 def coefficients(law, values):
     """Return the coefficients of a hinge, by name."""
-    given = {name: each.default for name, each in law.parameters.items() if each.default is not None} | values
-    p = {name: np.full((1, 1), float(value)) for name, value in (given | {"stiffness": STIFFNESS}).items()}
+    given = {name: each.default for name, each in law.parameters.items() if each.default is not None}
+    given |= {"stiffness": STIFFNESS} | values
+    p = {name: np.full((1, 1), float(value)) for name, value in given.items()}
     return {name: float(np.ravel(value)[0]) for name, value in law.named_coefficients(p, law.spring(p)).items()}
 
 
@@ -56,17 +60,24 @@ def compared(variant, c):
         memory = memories()
         for step in range(rotations.shape[1]):
             memory = follow(rotations[path, step], memory, c)
-            slope, least, most, _side = line(rotations[path, step], memory, c)
+            slope, least, most, side = line(rotations[path, step], memory, c)
             moment = held(rotations[path, step], memory, c)
             tried = rotations[path, step]
+            after = follow(tried, memory, c)
             known = wp.float64(0.0)
             if least <= most:
                 known = wp.float64(1.0)
-                low = wp.max(least, tried - wp.float64(0.05))
-                high = wp.min(most, tried + wp.float64(0.05))
-                tried = low + shares[path, step] * (high - low)
+                # Two rotations within the limits; one limit of a yielding hinge follows its rotation.
+                for part in range(2):
+                    low = wp.max(least, rotations[path, step] - wp.float64(0.05))
+                    high = wp.min(most, rotations[path, step] + wp.float64(0.05))
+                    low = wp.where(side > wp.float64(0.0), tried, low)
+                    high = wp.where(side < wp.float64(0.0), tried, high)
+                    share = shares[path, step]
+                    share = wp.where(part == 0, wp.float64(1.0) - share * share, share)
+                    tried = low + share * (high - low)
+                    after = follow(tried, after, c)
             of_line = moment + slope * (tried - rotations[path, step])
-            after = follow(tried, memory, c)
             moved = along(tried, of_line, memory, c)
             beyond = tried + wp.float64(0.03) * (shares[path, step] - wp.float64(0.5))
             found[path, step, 0] = held(tried, after, c)

@@ -16,6 +16,7 @@ from warpdyn.engine.kernels.composing.user_recorders import Recorder, users_of
 from warpdyn.engine.kernels.composition import Composed, compose, kernel_of
 from warpdyn.engine.kernels.kernel_cache import THREADS_OF_A_BLOCK, loaded
 from warpdyn.engine.kernels.lumped.division import can_share_frame, divided_storeys, sections_of_storeys
+from warpdyn.engine.kernels.lumped.pattern import ColumnLine
 from warpdyn.engine.kernels.parts import straight_branches
 from warpdyn.engine.kernels.pausing.paused_text import Pausing, pausing
 from warpdyn.engine.kernels.plan import (
@@ -158,7 +159,8 @@ def _fitted_lumped(plan: Plan, is_gpu: bool) -> Plan:
     """Return the plan of a lumped structure with the number of lanes and the unrolling for a CPU or a GPU."""
     largest = max(plan.dofs, plan.pattern.springs if plan.pattern else 0)
     plan = replace(plan, sections=1, by_storey=False)
-    if can_share_frame(plan):
+    # On a GPU, the kernel of `column_line.py` computes fish-bone frames.
+    if can_share_frame(plan) and not (is_gpu and isinstance(plan.pattern.line, ColumnLine)):
         if is_gpu:
             return replace(plan, lanes=GPU_LANES, max_unroll=SHARED_UNROLL, sections=plan.dofs, by_storey=True)
         lanes = CPU_LANES if plan.dtype == "float32" else CPU_LONG_LANES

@@ -14,6 +14,7 @@ import warp as wp
 from warpdyn.engine.controllers.rules import ControlRules
 from warpdyn.engine.device.processor import FEWEST_LANES, module_options
 from warpdyn.engine.kernels.composing.user_recorders import Recorder, users_of_variables
+from warpdyn.engine.kernels.grids.column_storeys import ColumnStoreys
 from warpdyn.engine.kernels.grids.frame_storeys import FrameStoreys, frame_storeys
 from warpdyn.engine.kernels.hinges.layout import JointFrame
 from warpdyn.engine.kernels.lumped.pattern import ColumnLine, Pattern
@@ -123,10 +124,10 @@ class Plan:
         return storeys_of(self.pattern) if self.by_storey and self.pattern is not None else None
 
     @property
-    def frame_storeys(self) -> FrameStoreys | None:
+    def frame_storeys(self) -> FrameStoreys | ColumnStoreys | None:
         """The storeys of a frame with hinges whose kernel loops over storeys of members; otherwise None."""
         line = None if self.pattern is None or not self.by_storey else self.pattern.line
-        return frame_storeys(line) if isinstance(line, JointFrame) else None
+        return None if line is None else frame_storeys(line)
 
     @property
     def line_of_thread(self) -> ColumnLine | JointFrame | None:

@@ -7,7 +7,9 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from itertools import pairwise
 
+from warpdyn.engine.kernels.grids.column_storeys import ColumnStoreys, column_storeys
 from warpdyn.engine.kernels.hinges.layout import VALUES_OF_MEMBER, JointFrame, starts_of
+from warpdyn.engine.kernels.lumped.pattern import ColumnLine
 
 
 @dataclass(frozen=True)
@@ -25,6 +27,7 @@ class FrameStoreys:
     line: JointFrame
     joints: tuple[tuple[int, ...], ...]
     members: tuple[tuple[tuple[int, bool], ...], ...]
+    half_beams = 0  # see `column_storeys.py`
 
     @property
     def count(self) -> int:
@@ -103,8 +106,10 @@ class FrameStoreys:
 
 
 @functools.cache
-def frame_storeys(line: JointFrame) -> FrameStoreys | None:
+def frame_storeys(line: JointFrame | ColumnLine) -> FrameStoreys | ColumnStoreys | None:
     """Return the storeys of a frame; None if its joints are not a grid or a member has an end without a law."""
+    if isinstance(line, ColumnLine):
+        return column_storeys(line)
     if any(line.chords) or line.between_rows or line.with_storeys or line.between_storeys or line.linear:
         return None
     if min(line.springs, default=-1) < 0 or line.storeys < 2 or line.free % line.storeys:

@@ -46,7 +46,7 @@ def names(plan):
         "maximum": maximum,
         "LINES": lines,
         "BEAMS": lines - 1,
-        "MEMBERS": line.members,
+        "MEMBERS": line.members - storeys.half_beams,
         "MEMBERS_OF_STOREY": 2 * lines - 1,
         "JOINTS": line.free,
         "VALUES_OF_MEMBER": VALUES_OF_MEMBER,
@@ -69,7 +69,7 @@ def names(plan):
         "over_frame": LARGEST[plan.dtype],
         "line_rows": wp.types.matrix(shape=((floors + 1) * lines, lanes), dtype=dtype),
         "member_rows": wp.types.matrix(shape=(3 * line.members, lanes), dtype=dtype),
-        "end_rows": wp.types.matrix(shape=(2 * line.members, lanes), dtype=dtype),
+        "end_rows": wp.types.matrix(shape=(line.hinges, lanes), dtype=dtype),
     }
 
 

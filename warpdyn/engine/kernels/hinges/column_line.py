@@ -28,7 +28,7 @@ BORROWS = {
 
 
 def wanted(plan):
-    return plan.pattern is not None and isinstance(plan.pattern.line, ColumnLine)
+    return plan.pattern is not None and isinstance(plan.pattern.line, ColumnLine) and plan.frame_storeys is None
 
 
 def values_held(plan):

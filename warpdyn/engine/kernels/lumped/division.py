@@ -8,7 +8,8 @@ from warpdyn.engine.kernels.grids.frame_storeys import frame_storeys
 from warpdyn.engine.kernels.hinges.layout import JointFrame
 from warpdyn.engine.kernels.loads import LOADS
 from warpdyn.engine.kernels.lumped.storeys import Storeys, storeys_of
-from warpdyn.engine.kernels.plan import WARP, Plan, has_joints, keeps_drifts, values_held
+from warpdyn.engine.kernels.lumped.pattern import ColumnLine
+from warpdyn.engine.kernels.plan import WARP, Plan, has_line, keeps_drifts, values_held
 from warpdyn.engine.laws.springs import is_mixed
 
 # Recorders whose values belong to a storey; others sum up values of all storeys, or record histories of few samples.
@@ -37,7 +38,7 @@ def divided_storeys(plan: Plan) -> Storeys | None:
 
 def has_grid_kernel(line: object, recorders: Iterable[str]) -> bool:
     """Return whether the kernel of grids supports the joints and members of a frame with hinges, and the recorders."""
-    if not isinstance(line, JointFrame) or not set(recorders) <= OF_FRAMES:
+    if not isinstance(line, JointFrame | ColumnLine) or not set(recorders) <= OF_FRAMES:
         return False
     storeys = frame_storeys(line)
     return storeys is not None and storeys.count <= WARP
@@ -45,7 +46,7 @@ def has_grid_kernel(line: object, recorders: Iterable[str]) -> bool:
 
 def can_share_frame(plan: Plan) -> bool:
     """Return whether the kernel of grids supports a plan; on a GPU the threads of a warp then share a frame."""
-    if not has_joints(plan) or not keeps_drifts(plan) or plan.control is not None or is_mixed(plan.law):
+    if not has_line(plan) or not keeps_drifts(plan) or plan.control is not None or is_mixed(plan.law):
         return False
     if plan.pauses or plan.resumes or plan.starts_displaced:
         return False

@@ -50,6 +50,18 @@ def end_of_segment(drift: Any, intercept: Any, slope: Any, capping: Any, falling
     return wp.where(is_at_residual, zero, tangent), end
 
 
+@wp.func
+def is_steep(
+    drift: Any, force: Any, stiffness: Any, intercept: Any, slope: Any, capping: Any, falling: Any, residual: Any
+):
+    """Return whether the hardening line changes when the force on an elastic line takes the sign of this side."""
+    zero = type(drift)(0.0)
+    cap_drift = (capping - intercept) / maximum(slope + falling, type(drift)(SMALLEST))
+    cap_force = intercept + slope * cap_drift
+    way = cap_drift - drift - (residual - force) / stiffness  # from the residual force to the capping point
+    return way > zero and slope * way > cap_force - residual
+
+
 def line_rules(name: str, M: Any, DETERIORATES: bool) -> tuple[Callable, Callable]:
     """Return the device functions `line` and `memory_along_line` of a variant of the law (see `Spring`).
 
@@ -95,6 +107,7 @@ def line_rules(name: str, M: Any, DETERIORATES: bool) -> tuple[Callable, Callabl
         tangent, end = end_of_segment(way * u, intercept, slope, capping, falling, residual)
         end = minimum(end, c[C.ULTIMATE_DRIFT])
         end = maximum(end - margin - share * wp.abs(end), way * u)
+        steep = is_steep(way * u, way * force, stiffness, intercept - memory[M.LIFT], slope, capping, falling, residual)
         # On an elastic line: from the backbone of one side to that of the other side.
         far_above = drift_of_backbone(way * u, way * force, stiffness, intercept, slope, capping, falling, residual)
         far_above = minimum(far_above, c[C.ULTIMATE_DRIFT])
@@ -102,12 +115,11 @@ def line_rules(name: str, M: Any, DETERIORATES: bool) -> tuple[Callable, Callabl
         intercept, slope, capping, falling, residual = side_of(not up, force == zero, memory, c)
         far_below = drift_of_backbone(-way * u, -way * force, stiffness, intercept, slope, capping, falling, residual)
         far_below = minimum(far_below, c[C.ULTIMATE_DRIFT])
-        # The line ends at zero force if the backbone of the other side changes there.
+        # The line ends at zero force if the backbone of the other side changes there, or if that of this side changes
+        # when the hinge comes back, without being evaluated on the other side.
         to_zero = way * force / stiffness - way * u
-        cap_drift = (capping - intercept) / maximum(slope + falling, type(drift)(SMALLEST))
-        cap_force = intercept + slope * cap_drift
-        rise = slope * (cap_drift + way * u - (residual + way * force) / stiffness)
-        changes = rise > cap_force - residual
+        changes = is_steep(-way * u, -way * force, stiffness, intercept, slope, capping, falling, residual)
+        changes = changes or steep or memory[M.LIFT] != zero
         if DETERIORATES:
             changes = changes or seen > zero
         far_below = wp.where(changes, minimum(far_below, to_zero), far_below)

@@ -1,0 +1,77 @@
+"""The storeys of a fish-bone frame: one column line and a half-beam on each floor."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from warpdyn.engine.kernels.hinges.layout import JointFrame
+from warpdyn.engine.kernels.lumped.pattern import PLACES_OF_STOREY, VALUES_OF_STOREY, ColumnLine
+
+
+@dataclass(frozen=True)
+class ColumnStoreys:
+    """The storeys of a fish-bone frame with a fixed base and hinges at all ends of columns and at half-beams.
+
+    One thread computes all storeys. Members are the columns from the base to the roof, then the half-beams.
+
+    Args:
+        line: The column line.
+    """
+
+    line: ColumnLine
+    lines = 1  # column lines
+
+    @property
+    def count(self) -> int:
+        """Number of storeys."""
+        return self.line.storeys
+
+    @property
+    def half_beams(self) -> int:
+        """Number of half-beams: members with one hinge, whose other end rotates freely."""
+        return self.count
+
+    def springs_of(self, thread: int, threads: int) -> list[int]:
+        """Return the springs of the thread: all storeys, the hinges of columns, and those of half-beams."""
+        return [*range(self.count), *self._hinges()]
+
+    def terms_of(self, thread: int, threads: int) -> list[int]:
+        """Return the place of each value of the thread among those of the line; -1 for a value that is 0."""
+        firsts = [VALUES_OF_STOREY * storey for storey in range(self.count)]
+        columns = [place for first in firsts for place in (first, first + 1, first)]
+        half_beams = [place for first in firsts for place in (first + 2, -1, -1)]
+        hinges = VALUES_OF_STOREY * self.count + 1
+        slopes = [hinges + spring - self.count for spring in self._hinges()]
+        return columns + half_beams + [first + 3 for first in firsts] + slopes
+
+    def of_thread(self, threads: int) -> JointFrame:
+        """Return the layout of the storeys, with the indices of joints, members and springs."""
+        storeys = range(self.count)
+        support, hinges = 5 * self.count, 3 * self.count
+        ends = [row for storey in storeys for row in (storey - 1 if storey else support, storey)]
+        springs = list(range(self.count, hinges))
+        for storey in storeys:
+            ends += [storey, support]
+            springs += [hinges + storey, -1]
+        return JointFrame(
+            storeys=self.count,
+            free=self.count,
+            first_columns=tuple(storeys),
+            joints=tuple(ends),
+            springs=tuple(springs),
+            chords=((),) * (2 * self.count),
+            chord_storeys=(*((storey,) for storey in storeys), *((),) * self.count),
+            springs_of_joints=tuple(self.count + 2 * storey + 1 for storey in storeys),
+        )
+
+    def _hinges(self) -> list[int]:
+        """Return the hinges of columns from the base to the roof, then those of half-beams."""
+        at = PLACES_OF_STOREY
+        columns = [spring for place in range(0, at * self.count, at) for spring in self.line.springs[place : place + 2]]
+        return columns + list(self.line.springs[at - 1 :: at])
+
+
+def column_storeys(line: ColumnLine) -> ColumnStoreys | None:
+    """Return the storeys of a fish-bone frame; None if its base can rotate or an end has no hinge with a law."""
+    is_hinged = not line.linear and min(line.springs) >= 0
+    return ColumnStoreys(line) if is_hinged and line.is_fixed and line.storeys > 1 else None

@@ -1,0 +1,70 @@
+"""Half-beams of a fish-bone frame: members with a hinge at the joint, whose other end rotates freely.
+
+With the bending stiffness S of the half-beam, the rotation p of its joint and the line K x + c of its hinge, the moment
+at the joint is m = S (p + x) = -(K x + c). Therefore m = (S K p - S c) / (S + K), and x = m / S - p.
+"""
+
+order = 6
+
+BORROWS = {
+    "joint_matrix": ("solved", "runs", "joint_stiffness", "joint_load"),
+    "hinged_members": ("largest_moment", "leaving"),
+    "hinge_lines": ("line_slope", "line_intercept", "least_rotation", "most_rotation"),
+}
+
+
+def wanted(plan):
+    return plan.frame_storeys is not None and plan.frame_storeys.half_beams > 0
+
+
+def values_held(plan):
+    return 2 * plan.frame_storeys.half_beams
+
+
+def names(plan):
+    storeys, line = plan.frame_storeys, plan.line_of_thread
+    first = plan.pattern.first_of_line + line.first("member")
+    return {
+        "FIRST_HALF_BEAM": first + 3 * (line.members - storeys.half_beams),
+        "FIRST_HINGE_OF_HALF_BEAM": line.hinges - storeys.half_beams,
+    }
+
+
+def declare():
+    stiffness_in_series = storey_row()  # of the half-beam and its hinge
+    moment_at_rest = storey_row()  # of the half-beam if its joint does not rotate
+
+
+def factorise_joints():
+    for floor in range(FLOORS):
+        hinge = FIRST_HINGE_OF_HALF_BEAM + floor
+        for j in range(LANES):
+            own_stiffness = terms[FIRST_HALF_BEAM + 3 * floor, j]
+            of_hinge = line_slope[hinge, j]
+            share = own_stiffness / (own_stiffness + of_hinge)
+            stiffness_in_series[floor, j] = share * of_hinge
+            moment_at_rest[floor, j] = -share * line_intercept[hinge, j]
+            joint_stiffness[floor, j] += share * of_hinge
+
+
+def load_joints():
+    for floor in range(FLOORS):
+        for j in range(LANES):
+            joint_load[floor, j] -= moment_at_rest[floor, j]
+
+
+def find_moments():
+    for floor in range(FLOORS):
+        hinge = FIRST_HINGE_OF_HALF_BEAM + floor
+        i = N + hinge
+        for j in range(LANES):
+            turn_of_joint = solved[floor + LINES, j]
+            at_joint = stiffness_in_series[floor, j] * turn_of_joint + moment_at_rest[floor, j]
+            rotation_of_hinge = at_joint / terms[FIRST_HALF_BEAM + 3 * floor, j] - turn_of_joint
+            below_limit = least_rotation[hinge, j] - rotation_of_hinge
+            above_limit = rotation_of_hinge - most_rotation[hinge, j]
+            leaving[j] += wp.where(maximum(below_limit, above_limit) <= dtype(0.0), 0, 1)
+            goes_on = runs[j] > 0
+            deformation[i, j] = wp.where(goes_on, rotation_of_hinge, deformation[i, j])
+            spring_force[i, j] = wp.where(goes_on, -at_joint, spring_force[i, j])
+            largest_moment[j] = larger(largest_moment[j], wp.abs(at_joint))
