@@ -259,9 +259,10 @@ def _add_excitation(findings: PlausibilityFindings, excitation: Excitation, peri
 
 def _weakest_peak(excitation: Excitation) -> float | None:
     """Return the peak acceleration of the weakest motion after scaling [m/s2]; None if it is not known."""
-    if not excitation.is_design or not all(isinstance(each, GroundMotion) for each in excitation.motions):
+    motions = [each for each in excitation.motions if isinstance(each, GroundMotion)] if excitation.is_design else []
+    if not motions or len(motions) < len(excitation.motions):
         return None
-    peaks = np.array([motion.peak_ground_acceleration for motion in excitation.motions])
+    peaks = np.array([motion.peak_ground_acceleration for motion in motions])
     if isinstance(excitation, Stripes):
         motion, level = excitation.places
         levels = np.asarray(excitation.levels)[level]
