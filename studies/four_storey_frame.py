@@ -124,7 +124,7 @@ def main() -> None:
     for name in MODELS:
         parts.append(run_model(name, arguments.frames, arguments.seed, arguments.device))
         print(f"{name}: {time.perf_counter() - started:.1f} s")
-    result = xr.concat(parts, "model", combine_attrs="drop_conflicts", join="outer")
+    result = xr.concat(parts, "model", coords="minimal", combine_attrs="drop_conflicts", join="outer")
     result["model"].attrs = {"long_name": "model"}
     title = "Fragility of a four-storey steel moment frame by models of different cost"
     result.attrs |= netcdf.trace(title, "simulate, warpdyn.fragility")

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from hinge_cases import reference_model
 
 import warpdyn as wd
 from warpdyn.campaigns.integration import model
@@ -219,6 +220,21 @@ def test_threads_divide_all_members_hinges_and_values(threads):
 
 
 @pytest.mark.fast
+def test_a_fishbone_has_all_members_hinges_and_values_of_its_column_line():
+    line = reference_model().column_line
+    storeys = frame_storeys(line)
+    assert (storeys.count, storeys.lines, storeys.half_beams) == (10, 1, 10)
+    assert sorted(storeys.springs_of(0, 1)) == list(range(40))
+    terms = storeys.terms_of(0, 1)
+    base = 4 * 10  # the stiffness of the base, which cannot rotate
+    assert set(terms) - {-1} == set(range(line.values)) - {base}
+    assert len(terms) == storeys.of_thread(1).values
+    assert frame_storeys(replace(line, is_fixed=False)) is None
+    assert frame_storeys(replace(line, linear=(10,))) is None
+    assert frame_storeys(replace(line, springs=(-1, *line.springs[1:]))) is None
+
+
+@pytest.mark.fast
 def test_frames_without_a_grid_of_hinged_members_have_no_storeys():
     assert frame_storeys(grid_frame(2, 1, base="pinned").column_line) is None
     assert frame_storeys(grid_frame(2, 1, hinged_beams=False).column_line) is None
@@ -232,6 +248,7 @@ def test_the_default_method_of_grids_needs_the_kernel_of_grids():
         return is_grid(wd.Scene(frame, wd.Cloud([motion]), recorders=recorders))
 
     assert is_grid_with(grid_frame())
+    assert is_grid_with(reference_model())
     assert not is_grid_with(grid_frame(), recorders=("residual",))
     assert not is_grid_with(grid_frame(hinged_beams=False))
     scene = wd.Scene(grid_frame(), wd.Cloud([motion]), recorders=("drift",))

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
 import pytest
 import warp as wp
 from hinge_cases import motion, reference_model, steel
+from test_frame_storeys import largest_error, run_both
 
 import warpdyn as wd
 from warpdyn.campaigns.integration.model import dynamics_of
@@ -53,6 +55,22 @@ def test_fast_rules_equal_the_general_law(plastic, post_capping, changes):
     assert (found["status"].values <= 1).sum() >= 3
     for name in ("peak_spring_deformation", "peak_spring_force"):
         np.testing.assert_allclose(found[name].values, due[name].values, rtol=1e-5, atol=1e-9)
+
+
+def test_the_kernel_of_lines_equals_the_kernel_of_any_fishbone(monkeypatch):
+    settings = {"method": "leapfrog", "step": 0.005, "dtype": "float64", "on_unstable": "flag"}
+    scene = scene_of(0.6, 0.1, residual_force_ratio=0.0, ultimate_drift=0.15)
+    expected, found = run_both(scene, monkeypatch, **settings)
+    monkeypatch.undo()
+    np.testing.assert_array_equal(found["status"].values, expected["status"].values)
+    assert set(found["status"].values) == {0, 1}  # some collapse
+    for name in ("peak_spring_deformation", "peak_spring_force"):
+        # Moments balance to 1e-9 of the largest one in each step; softening hinges multiply such differences.
+        assert largest_error(expected, found, name) < 1e-6, name
+    # The bits of a sample do not depend on the other samples of a thread.
+    alone = wd.simulate(replace(scene, excitation=wd.Cloud(MOTIONS[2:3])), device="cpu", **settings)
+    for name in ("peak_spring_deformation", "peak_spring_force"):
+        np.testing.assert_array_equal(alone[name].values[0], found[name].values[2])
 
 
 def test_fast_rules_equal_the_general_law_for_random_hinges():

@@ -351,9 +351,10 @@ def plans():
         for model in (reference_model(drift_capacity=0.1), hinged_frame("portal", drift_capacity=0.1)):
             hinged = wd.Scene(model, wd.Cloud([motion("pulse_1", 1)]), recorders=("spring", "residual"))
             yield plan_of(hinged, dynamics_of(hinged), method, "float32", is_gpu=False)
-    # A frame with hinges whose joints are a grid; on a GPU its storeys are divided among threads.
-    frame = wd.Scene(grid_frame(), wd.Cloud([motion("pulse_1", 1)]), recorders=("spring",))
-    yield plan_of(frame, dynamics_of(frame), "leapfrog", "float32", is_gpu=False)
+    # Frames with hinges on lines: one whose joints are a grid, which threads of a GPU divide, and a fish-bone.
+    for model in (grid_frame(), reference_model()):
+        frame = wd.Scene(model, wd.Cloud([motion("pulse_1", 1)]), recorders=("spring",))
+        yield plan_of(frame, dynamics_of(frame), "leapfrog", "float32", is_gpu=False)
     # Controlled structures, with all kinds of actuators, a regulator with an observer, and a controller.
     for plan in (replace(each, method="rk4", control=CONTROLLED) for each in (PLAIN, LUMPED)):
         yield plan

@@ -161,7 +161,7 @@ class Integration:
 
 
 def is_grid(scene: Scene) -> bool:
-    """Return whether the structure is a frame with hinges whose joints are a grid, and the kernel of grids applies."""
+    """Return whether the kernel of grids applies to the structure, a frame or a fish-bone with hinges."""
     structure: Any = scene.structure
     line = getattr(structure, "column_line", None)
     if isinstance(scene.excitation, EventSequence) or not has_grid_kernel(line, scene.recorders):

@@ -56,9 +56,9 @@ def check_method(method: str, scene: Scene) -> None:
     row = METHODS[method]
     if is_grid(scene) and isinstance(row, MultistepMethod):
         raise ValueError(
-            f"Live does not support method {method!r} (the default of simulate) for a frame whose joints are a grid, "
-            "because the kernel of such frames cannot pause: give integration=wd.Integration(method='rk4') to Live, "
-            "and method='rk4' to simulate if you compare both"
+            f"Live does not support method {method!r} (the default of simulate) for a frame whose members all have "
+            "hinges, because the kernel of such frames cannot pause: give integration=wd.Integration(method='rk4') to "
+            "Live, and method='rk4' to simulate if you compare both"
         )
     if row.is_adaptive or (row.kind == "implicit" and scene.structure.family == "lumped"):
         what = "adaptive steps" if row.is_adaptive else "an implicit method of a LumpedStructure"

@@ -127,10 +127,10 @@ def default_method(
         records_only_drifts: Whether the run records only peak drifts and has no collapse limit. Otherwise the costs
             with all recorders decide; where these were not measured, the costs with peak drifts only.
         is_noise: Whether the load is random noise, whose rate jumps at every node.
-        is_grid: Whether the structure is a frame with hinges whose joints are a grid, for which leapfrog has a kernel.
+        is_grid: Whether the kernel of grids applies to the structure, a frame with hinges.
     """
     if is_grid and not is_noise:
-        return DefaultMethod("leapfrog", 2, "the joints of the frame are a grid of floors and columns")
+        return DefaultMethod("leapfrog", 2, "frames whose members all have hinges have a fast kernel for it")
     if forces.is_lumped:
         return DefaultMethod(FALLBACK, 1, "other methods were not measured with lumped structures")
     if is_noise:  # multistep methods assume a smooth load: their error of the input energy was 0.3 to 275 %

@@ -1,1 +1,1 @@
-"""Frames with hinges whose joints are a grid of floors and column lines: a thread of a GPU computes a storey."""
+"""Frames with hinges whose joints are a grid of floors and column lines, and fish-bones: hinges on lines of laws."""

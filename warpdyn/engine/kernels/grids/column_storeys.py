@@ -36,7 +36,7 @@ class ColumnStoreys:
         return [*range(self.count), *self._hinges()]
 
     def terms_of(self, thread: int, threads: int) -> list[int]:
-        """Return the place of each value of the thread among those of the line; -1 for a value that is 0."""
+        """Return the place of each value of the thread in those of the line; -1 for a value that is 0."""
         firsts = [VALUES_OF_STOREY * storey for storey in range(self.count)]
         columns = [place for first in firsts for place in (first, first + 1, first)]
         half_beams = [place for first in firsts for place in (first + 2, -1, -1)]

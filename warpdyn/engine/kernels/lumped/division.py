@@ -7,8 +7,8 @@ from collections.abc import Iterable
 from warpdyn.engine.kernels.grids.frame_storeys import frame_storeys
 from warpdyn.engine.kernels.hinges.layout import JointFrame
 from warpdyn.engine.kernels.loads import LOADS
-from warpdyn.engine.kernels.lumped.storeys import Storeys, storeys_of
 from warpdyn.engine.kernels.lumped.pattern import ColumnLine
+from warpdyn.engine.kernels.lumped.storeys import Storeys, storeys_of
 from warpdyn.engine.kernels.plan import WARP, Plan, has_line, keeps_drifts, values_held
 from warpdyn.engine.laws.springs import is_mixed
 
