@@ -129,10 +129,10 @@ def followed_in_float32(variant, c):
         path = wp.tid()
         of_law = memories()
         memory = memories()
-        reached = float(0.0)
+        reached = wp.float32(0.0)
         slope, least, most, side = line(reached, memory, c)
-        moment = float(0.0)
-        is_close = bool(False)
+        moment = wp.float32(0.0)
+        is_close = wp.bool(False)
         for step in range(turns.shape[1]):
             target = turns[path, step]
             is_next = moment * (moment + c[0] * c[1] * (target - reached)) < 0.0 and not is_close
