@@ -22,11 +22,17 @@ CAPPED = {
 }
 NAMES = ("strength_deterioration_drift", "post_capping_deterioration_drift", "unloading_deterioration_drift")
 # Each change of the moment's sign makes the hardening lines less steep.
-STEEP = CAPPED | {"plastic_drift_to_capping": 0.0015, "post_capping_drift": 0.2, "ultimate_drift": 0.0}
+STEEP = CAPPED | {
+    "stiffness": 40 * STIFFNESS,
+    "plastic_drift_to_capping": 0.0015,
+    "post_capping_drift": 0.2,
+    "capping_force_ratio": 1.08,
+    "ultimate_drift": 0.0,
+}
 CASES = {
     "bilinear": ("bilinear", "bilinear", {"yield_force": CAPPED["yield_force"], "hardening_ratio": 0.02}),
     "capped": (IMK, capped_rules.variant(), CAPPED),
-    "steep": (IMK, capped_rules.variant(), STEEP | {"capping_force_ratio": 1.08, "stiffness": 40 * STIFFNESS}),
+    "steep": (IMK, capped_rules.variant(), STEEP),
     "deteriorating": (IMK, branchless_rules.variant(LAWS[IMK].variants[IMK]), CAPPED | dict.fromkeys(NAMES, 1.5)),
 }
 PATHS, STEPS = 64, 400
@@ -40,16 +46,23 @@ def coefficients(law, values):
     return {name: float(np.ravel(value)[0]) for name, value in law.named_coefficients(p, law.spring(p)).items()}
 
 
+def functions_and_types(variant, dtype):
+    """Return device functions of a hinge (next memory, moment, line, memory along a line), and its vector types.
+
+    The types are those of its coefficients and of its memory.
+    """
+    spring = spring_row(variant)
+    held = spring.force_after_mapping or spring.force_at_accepted_state
+    types = [wp.types.vector(length=length, dtype=dtype) for length in (spring.coefficients, spring.memory)]
+    return spring.return_mapping, held, spring.line, spring.memory_along_line, *types
+
+
 def compared(variant, c):
     """Return values along random paths: moments of law and line, whether the line is known, moments one step later.
 
     The last two are moments after a further step, from the law's memory and from that of `memory_along_line`.
     """
-    spring = spring_row(variant)
-    follow, held, line, along = spring.return_mapping, spring.force_after_mapping, spring.line, spring.memory_along_line
-    held = held or spring.force_at_accepted_state
-    vector = wp.types.vector(length=len(c), dtype=wp.float64)
-    memories = wp.types.vector(length=spring.memory, dtype=wp.float64)
+    follow, held, line, along, vector, memories = functions_and_types(variant, wp.float64)
 
     @wp.kernel
     def walk(
@@ -116,11 +129,7 @@ def followed_in_float32(variant, c):
 
     Rotations, far from the origin, are close to those at which the moment is 0 whenever it changes its sign.
     """
-    spring = spring_row(variant)
-    follow, held, line, along = spring.return_mapping, spring.force_after_mapping, spring.line, spring.memory_along_line
-    held = held or spring.force_at_accepted_state
-    vector = wp.types.vector(length=len(c), dtype=wp.float32)
-    memories = wp.types.vector(length=spring.memory, dtype=wp.float32)
+    follow, held, line, along, vector, memories = functions_and_types(variant, wp.float32)
 
     @wp.kernel
     def walk(
