@@ -34,11 +34,11 @@ def load(compiler: str, flags: tuple[str, ...], source: str, **macros: str | int
         raise Missing(f"{compiler} is not on the PATH; install it, or add its folder to PATH")
     target = _FOLDER / ("-".join(map(str, (source, *macros.values()))) + ".so")
     defined = [f"-D{name}={value}" for name, value in macros.items()]
-    parts = target.with_suffix(".o")
-    compile_source = [path, *flags, "-c", *defined, "-o", str(parts), str(Path(__file__).with_name(source))]
+    object_file = target.with_suffix(".o")
+    compile_source = [path, *flags, "-c", *defined, "-o", str(object_file), str(Path(__file__).with_name(source))]
     # Linked without the flags: a library that is linked with -ffast-math changes the processor's state for the thread
     # that loads it. From then on its numbers below the least normal one are 0, in NumPy and in all other code, too.
-    for command in (compile_source, [path, "-shared", "-o", str(target), str(parts)]):
+    for command in (compile_source, [path, "-shared", "-o", str(target), str(object_file)]):
         done = subprocess.run(command, capture_output=True, text=True, check=False)
         if done.returncode != 0:
             raise RuntimeError(

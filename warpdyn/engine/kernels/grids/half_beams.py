@@ -4,6 +4,8 @@ With the bending stiffness S of the half-beam, the rotation p of its joint and t
 at the joint is m = S (p + x) = -(K x + c). Therefore m = (S K p - S c) / (S + K), and x = m / S - p.
 """
 
+from warpdyn.engine.kernels.hinges.layout import VALUES_OF_MEMBER
+
 order = 6
 
 BORROWS = {
@@ -22,11 +24,11 @@ def values_held(plan):
 
 
 def names(plan):
-    storeys, line = plan.frame_storeys, plan.line_of_thread
+    line, count = plan.line_of_thread, plan.frame_storeys.half_beams
     first = plan.pattern.first_of_line + line.first("member")
     return {
-        "FIRST_HALF_BEAM": first + 3 * (line.members - storeys.half_beams),
-        "FIRST_HINGE_OF_HALF_BEAM": line.hinges - storeys.half_beams,
+        "FIRST_HALF_BEAM": first + VALUES_OF_MEMBER * (line.members - count),
+        "FIRST_HINGE_OF_HALF_BEAM": line.hinges - count,
     }
 
 
@@ -39,7 +41,7 @@ def factorise_joints():
     for floor in range(FLOORS):
         hinge = FIRST_HINGE_OF_HALF_BEAM + floor
         for j in range(LANES):
-            own_stiffness = terms[FIRST_HALF_BEAM + 3 * floor, j]
+            own_stiffness = terms[FIRST_HALF_BEAM + VALUES_OF_MEMBER * floor, j]
             of_hinge = line_slope[hinge, j]
             share = own_stiffness / (own_stiffness + of_hinge)
             stiffness_in_series[floor, j] = share * of_hinge
@@ -60,7 +62,7 @@ def find_moments():
         for j in range(LANES):
             turn_of_joint = solved[floor + LINES, j]
             at_joint = stiffness_in_series[floor, j] * turn_of_joint + moment_at_rest[floor, j]
-            rotation_of_hinge = at_joint / terms[FIRST_HALF_BEAM + 3 * floor, j] - turn_of_joint
+            rotation_of_hinge = at_joint / terms[FIRST_HALF_BEAM + VALUES_OF_MEMBER * floor, j] - turn_of_joint
             below_limit = least_rotation[hinge, j] - rotation_of_hinge
             above_limit = rotation_of_hinge - most_rotation[hinge, j]
             leaving[j] += wp.where(maximum(below_limit, above_limit) <= dtype(0.0), 0, 1)

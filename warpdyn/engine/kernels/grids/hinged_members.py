@@ -39,14 +39,14 @@ def names(plan):
     from warpdyn.engine.kernels.plan import DTYPES
 
     storeys, line, first, threads = plan.frame_storeys, plan.line_of_thread, plan.pattern.first_of_line, plan.sections
-    floors, lines = storeys.count // threads, storeys.lines
+    floors, lines, members = storeys.count // threads, storeys.lines, line.members - storeys.half_beams
     terms = [place for thread in range(threads) for place in storeys.terms_of(thread, threads)]
     dtype, lanes = DTYPES[plan.dtype], plan.lanes
     return {
         "maximum": maximum,
         "LINES": lines,
         "BEAMS": lines - 1,
-        "MEMBERS": line.members - storeys.half_beams,
+        "MEMBERS": members,
         "MEMBERS_OF_STOREY": 2 * lines - 1,
         "JOINTS": line.free,
         "VALUES_OF_MEMBER": VALUES_OF_MEMBER,
@@ -68,7 +68,7 @@ def names(plan):
         "shared_from": EXCHANGES[plan.dtype][0],
         "over_frame": LARGEST[plan.dtype],
         "line_rows": wp.types.matrix(shape=((floors + 1) * lines, lanes), dtype=dtype),
-        "member_rows": wp.types.matrix(shape=(3 * line.members, lanes), dtype=dtype),
+        "member_rows": wp.types.matrix(shape=(3 * members, lanes), dtype=dtype),
         "end_rows": wp.types.matrix(shape=(line.hinges, lanes), dtype=dtype),
     }
 

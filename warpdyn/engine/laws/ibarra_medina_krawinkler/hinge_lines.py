@@ -123,7 +123,9 @@ def line_rules(name: str, M: Any, DETERIORATES: bool) -> tuple[Callable, Callabl
         if DETERIORATES:
             changes = changes or seen > zero
         far_below = wp.where(changes, minimum(far_below, to_zero), far_below)
-        far_below = maximum(far_below - margin - share * wp.abs(far_below), -way * u)
+        far_below -= margin + share * wp.abs(far_below)
+        ends_here = on_backbone or far_below <= -way * u  # on the side of smaller forces
+        far_below = maximum(far_below, -way * u)
         most = wp.where(on_backbone, end, far_above)
         least = wp.where(on_backbone, way * u, -far_below)
         side = wp.where(on_backbone, way, zero)
@@ -132,10 +134,11 @@ def line_rules(name: str, M: Any, DETERIORATES: bool) -> tuple[Callable, Callabl
         scale = one / c[C.INVERSE_YIELD_DRIFT]
         lower = wp.where(is_unknown, drift, scale * wp.where(up, least, -most))
         upper = wp.where(is_unknown, -far, scale * wp.where(up, most, -least))
-        # The drift itself, whose product with the inverse yield drift was rounded, is within the limits.
-        lower = wp.where(on_backbone and up and not is_unknown, drift, minimum(lower, drift))
+        # The drift itself, whose product with the inverse yield drift was rounded, is within the limits. If it is one,
+        # no rounding may move the limit beyond it, because the force may change its sign there.
+        lower = wp.where(ends_here and up and not is_unknown, drift, minimum(lower, drift))
         upper = wp.where(
-            on_backbone and not up and not is_unknown, drift, wp.where(is_unknown, upper, maximum(upper, drift))
+            ends_here and not up and not is_unknown, drift, wp.where(is_unknown, upper, maximum(upper, drift))
         )
         side = wp.where(is_unknown, zero, side)
         slope_now = wp.where(on_backbone, tangent, stiffness)
@@ -145,7 +148,10 @@ def line_rules(name: str, M: Any, DETERIORATES: bool) -> tuple[Callable, Callabl
     def memory_along_line(drift: Any, force: Any, memory: Any, c: Any):
         after = type(memory)(memory)
         u = drift * c[C.INVERSE_YIELD_DRIFT]
-        relative_force = force / c[C.YIELD_FORCE]
+        # On an elastic line the force must not change its sign by rounding of the line's force.
+        stiffness = type(drift)(1.0) - memory[M.STIFFNESS_LOSS]
+        on_elastic_line = memory[M.FORCE] + stiffness * (u - memory[M.DRIFT])
+        relative_force = wp.where(memory[M.STATE] < type(drift)(4.0), on_elastic_line, force / c[C.YIELD_FORCE])
         if DETERIORATES:
             mean_force = type(drift)(0.5) * (relative_force + memory[M.FORCE])
             after[M.ENERGY] = memory[M.ENERGY] + mean_force * (u - memory[M.DRIFT])
