@@ -84,7 +84,9 @@ def warn_of_implausible(scene: Scene, *, step: float | None = None, longest_step
     if scene.control is not None:
         from warpdyn.model.control.plausibility import add_control  # runs without control do not import it
 
-        add_control(findings, scene.control, structure, _weakest_peak(excitation))
+        # Tyres and suspensions isolate machines from most of the acceleration of a road.
+        peak = None if structure.is_machine else _weakest_peak(excitation)
+        add_control(findings, scene.control, structure, peak)
     for given in (step, longest_step):
         if isinstance(given, int | float) and period > 0:
             # No method can resolve a vibration if the step is as long as the period.

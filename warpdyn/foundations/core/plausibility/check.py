@@ -46,7 +46,7 @@ class Check:
         words: The quantity in words.
         units: Unit of the quantity in warpdyn.
         low: Smallest usual value.
-        high: Largest usual value; infinity: none.
+        high: Largest usual value; infinity: there is no upper bound.
         mistakes: Likely mistakes, as clause -> factor from the given to the intended value.
         typical: Typical value; the mistakes whose corrected values are nearest to it are named first. None: the
             geometric mean of `low` and `high`.

@@ -80,18 +80,18 @@ CHECKS_OF_ACTUATORS: Mapping[str, Check] = {
 }
 
 CHECKS_OF_CONTROL: Mapping[str, Check] = {
-    # Smaller forces have no effect. Actuators in the storeys of a 20-storey building have 2 to 9 m/s2
+    # Smaller forces have no effect on a building. Actuators in the storeys of a 20-storey building have 2 to 9 m/s2
     # (Palacios-Quinonero et al. 2012, Mathematical Problems in Engineering 2012, 636878, table 1). The force over the
-    # weight of the structure is not checked: mass dampers may have 1e-5, as actuators whose limit is given in kN.
+    # weight of the structure is not checked: it may be 1e-5 for mass dampers, as for actuators with a limit in kN.
     "actuator_acceleration": Check(
-        "acceleration between the actuator's free ends by force_limit over the peak of the weakest motion",
+        "acceleration that force_limit gives the free ends of the actuator, over the peak of the weakest motion,",
         *("1", 5e-3, math.inf),
         with_units("force_limit", {"kN": 1e3, "MN": 1e6}),
         typical=1.0,
     ),
     # Dampers that add less have no effect. There is no upper bound, because a closed valve locks a damper.
     "variable_damper_ratio": Check(
-        *("largest damping ratio that high= of all VariableDampers adds to a mode", "1", 1e-3, math.inf),
+        *("largest damping ratio that the VariableDampers with high= add to a mode", "1", 1e-3, math.inf),
         with_units("high", DASHPOT),
         typical=0.2,
     ),
