@@ -57,13 +57,17 @@ def documented_commands() -> list[str]:
     return [line for block in blocks for line in block.splitlines() if line.strip()] + inline
 
 
-def run_study(command: str, out: Path, *, is_limited: bool = True) -> subprocess.CompletedProcess[str]:
+def run_study(
+    command: str, out: Path, *, is_limited: bool = True, has_device: bool = True
+) -> subprocess.CompletedProcess[str]:
     """Run the `python studies/...` part of a command on the CPU with this interpreter; results are written to `out`.
 
     With `is_limited` it has the private memory that a small machine has; pyarrow alone reserves a gigabyte of it.
+    `has_device` is whether the study has the argument `--device`.
     """
     script = re.search(r"python (studies/\S+\.py) --out (\S+)(.*)$", command)
-    arguments = [sys.executable, script[1], "--out", str(out), "--device", "cpu", *script[3].split()]
+    device = ["--device", "cpu"] if has_device else []
+    arguments = [sys.executable, script[1], "--out", str(out), *device, *script[3].split()]
     environment = os.environ | {"MPLBACKEND": "agg", "PYTHONWARNINGS": "error:implausible input"}
     environment["ARROW_DEFAULT_MEMORY_POOL"] = "system"  # pandas imports pyarrow, whose own pool reserves a gigabyte
     limit = _limit_memory if is_limited else None

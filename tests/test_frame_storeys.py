@@ -16,10 +16,15 @@ from warpdyn.engine.kernels.grids.frame_storeys import frame_storeys
 from warpdyn.engine.kernels.lumped.division import can_share_frame
 
 HEIGHT, SPAN = 3.5, 6.0  # m
+MASS = 1.2e5  # kg, of a floor
 
 
-def grid_frame(storeys=2, bays=1, *, base="fixed", hinged_beams=True, law=None):
-    """Return a frame with hinges, bilinear by default; every other member starts at its upper or right end."""
+def grid_frame(storeys=2, bays=1, *, base="fixed", hinged_beams=True, law=None, brackets=None, slab_load=0.0):
+    """Return a frame with hinges, bilinear by default; every other member starts at its upper or right end.
+
+    With the lengths of two brackets [m], a slab over the roof with a load [N/m] lies on brackets of the outer columns,
+    so that moments act on their joints.
+    """
     nodes, members, supports, floors, masses, hinges = {}, {}, {}, {}, {}, {}
     for line in reversed(range(bays + 1)):
         for level in range(storeys + 1):
@@ -27,7 +32,7 @@ def grid_frame(storeys=2, bays=1, *, base="fixed", hinged_beams=True, law=None):
             supports[f"J{level}{line}"] = "roller" if level else base
     for level in range(1, storeys + 1):
         floors[f"F{level}"] = [f"J{level}{line}" for line in range(bays + 1)]
-        masses[f"F{level}"] = 1.2e5
+        masses[f"F{level}"] = MASS
     sections = {
         "column": {"elastic_modulus": 2e11, "area": 0.02, "second_moment": 8e-4},
         "beam": {"elastic_modulus": 2e11, "area": 0.02, "second_moment": 4e-4},
@@ -51,8 +56,15 @@ def grid_frame(storeys=2, bays=1, *, base="fixed", hinged_beams=True, law=None):
             member(f"C{level}{line}", f"J{level - 1}{line}", f"J{level}{line}", "column", 6e5, line % 2 == 1)
         for line in range(bays):
             member(f"B{level}{line}", f"J{level}{line}", f"J{level}{line + 1}", "beam", 4e5, level % 2 == 0)
+    if brackets is not None:
+        members["slab"] = {"start": f"J{storeys}0", "end": f"J{storeys}{bays}", "section": "beam", "kind": "truss"}
+        members["slab"] |= {"offset_start_x": brackets[0], "offset_end_x": -brackets[1], "gravity_load": slab_load}
     frame = wd.Frame(nodes, members, sections, supports=supports, diaphragms=floors, masses=masses)
-    return wd.HingedFrame(frame, hinges, p_delta=False, damping_matrix=0.2 * np.diag([1.2e5] * storeys))
+    return hinged(frame, hinges)
+
+
+def hinged(frame, hinges):
+    return wd.HingedFrame(frame, hinges, p_delta=False, damping_matrix=0.2 * np.diag([MASS] * len(frame.diaphragms)))
 
 
 @pytest.fixture(scope="module")
@@ -123,9 +135,8 @@ def test_both_kernels_agree_with_capped_hinges(law, monkeypatch):
     wave = np.convolve(random.normal(size=300), np.ones(8) / 3, "same")
     motions = [wd.GroundMotion(scale * wave, 0.01, f"noise x {scale}") for scale in (1.0, 4.0)]
     scatter = {"yield_force": wd.RandomFactor(wd.Lognormal(1.0, 0.2), per="spring")}
-    scene = wd.Scene(
-        grid_frame(law=law), wd.Cloud(motions), scatter, recorders=("output", "spring", "acceleration"), tail=0.0
-    )
+    frame = grid_frame(law=law, brackets=(0.5, 0.2), slab_load=5e3)
+    scene = wd.Scene(frame, wd.Cloud(motions), scatter, recorders=("output", "spring", "acceleration"), tail=0.0)
     settings = {"structures": 4, "seed": 3, "method": "leapfrog", "step": 0.0025, "dtype": "float64"}
     expected, found = run_both(scene, monkeypatch, **settings)
     np.testing.assert_array_equal(found["status"], 0)
@@ -143,6 +154,55 @@ def test_both_kernels_agree_with_capped_hinges(law, monkeypatch):
     assert (of_both["status"].values[1::2] != 0).any()
     for name in PEAKS:
         np.testing.assert_array_equal(of_both[name].values[::2], of_one[name].values)
+
+
+LOST, CAPPED = 0.03, IMK["capping_force_ratio"]  # rad: rotation at which a hinge loses its strength
+BRACKETS = {
+    "left": ((2.0, 0.1), ("B20", "end"), ("C20", "end")),
+    "right": ((0.1, 2.0), ("B20", "start"), ("C21", "start")),
+}
+
+
+@pytest.mark.parametrize("side", BRACKETS)
+def test_a_joint_whose_hinges_cannot_carry_its_moment_has_no_equilibrium(side):
+    brackets, beam, column = BRACKETS[side]
+    load = 1.8e5  # N/m
+    moment = load * (SPAN - sum(brackets)) / 2 * max(brackets)
+    # The hinges of beam and column carry the moment of the bracket together. The column cannot do so alone: at its
+    # capping point it has 1.08 times its yield moment. If the beam's hinge loses its strength, no rotation of the joint
+    # is an equilibrium.
+    assert CAPPED * 6e5 < moment < 4e5 + 6e5
+    law = IMK | dict.fromkeys(CAPACITIES, 1.0)
+    whole = grid_frame(law=law, brackets=brackets, slab_load=load)
+    description = whole.frame.description()
+    # Only the hinge of the column can resist then. It is also the stiffer one, so that it is the farthest from its line
+    # in each solution that turns the joint.
+    description["members"][column[0]][f"spring_{column[1]}"] = 2.1e9
+
+    def run(lost_at, scales):
+        hinges = {place: dict(row) for place, row in whole.hinges.items()}
+        hinges[beam]["ultimate_drift"] = lost_at
+        frame = hinged(wd.Frame(**description), hinges)
+        pulse = np.sin(np.pi * np.arange(60) / 40) * (1 if side == "right" else -1)
+        motions = wd.Cloud([wd.GroundMotion(scale * pulse, 0.01, f"pulse x {scale}") for scale in scales])
+        scene = wd.Scene(frame, motions, recorders=("output", "spring", "acceleration"), tail=0.0)
+        integration = {"method": "leapfrog", "step": 0.0025, "dtype": "float64"}
+        return wd.simulate(scene, device="cpu", integration=wd.Integration(**integration))
+
+    scales = (2.0, 3.0, 3.5, 8.0)
+    sound, found = run(IMK["ultimate_drift"], scales), run(LOST, scales)
+    np.testing.assert_array_equal(sound["status"], 0)
+    loses = sound["peak_spring_deformation"].sel(spring=" ".join(beam)).values > LOST
+    assert loses.tolist() == [False, False, True, True]
+    np.testing.assert_array_equal(found["status"], np.where(loses, 4, 0))
+    assert found["status"].attrs["flag_meanings"].split()[4] == "not_converged"
+    hinge = found["spring"].values.tolist().index(" ".join(column))
+    np.testing.assert_array_equal(found["spring_without_equilibrium"], np.where(loses, hinge, -1))
+    # The samples beside them, in the same thread, keep their bits.
+    alone = run(LOST, scales[:2])
+    for name in PEAKS:
+        assert np.isnan(found[name].values[loses]).all(), name
+        np.testing.assert_array_equal(found[name].values[~loses], alone[name].values)
 
 
 @pytest.mark.fast

@@ -81,6 +81,12 @@ def warn_of_implausible(scene: Scene, *, step: float | None = None, longest_step
             _add_start_and_forces(findings, excitation, one)
     if not structure.is_machine:
         _add_excitation(findings, excitation, period)
+    if scene.control is not None:
+        from warpdyn.model.control.plausibility import add_control  # runs without control do not import it
+
+        # Tyres and suspensions isolate machines from most of the acceleration of a road.
+        peak = None if structure.is_machine else _weakest_peak(excitation)
+        add_control(findings, scene.control, structure, peak)
     for given in (step, longest_step):
         if isinstance(given, int | float) and period > 0:
             # No method can resolve a vibration if the step is as long as the period.
@@ -251,6 +257,21 @@ def _add_excitation(findings: PlausibilityFindings, excitation: Excitation, peri
     # It is sufficient if one event of a sequence is strong: an aftershock may be weak.
     if strongest and max(strongest) < np.inf:
         findings.add("strongest_motion", max(strongest))
+
+
+def _weakest_peak(excitation: Excitation) -> float | None:
+    """Return the peak acceleration of the weakest motion after scaling [m/s2]; None if it is not known."""
+    motions = [each for each in excitation.motions if isinstance(each, GroundMotion)] if excitation.is_design else []
+    if not motions or len(motions) < len(excitation.motions):
+        return None
+    peaks = np.array([motion.peak_ground_acceleration for motion in motions])
+    if isinstance(excitation, Stripes):
+        motion, level = excitation.places
+        levels = np.asarray(excitation.levels)[level]
+        peaks = peaks[motion] * excitation.measure.scale_factors(levels, excitation.intensities[motion])
+    elif isinstance(excitation, OneMotionPerStructure | MotionsAtSites):
+        peaks = peaks.min() * np.asarray(excitation.scale)
+    return float(np.min(peaks))
 
 
 def _add_levels(findings: PlausibilityFindings, stripes: Stripes, where: str) -> None:

@@ -46,7 +46,7 @@ class Check:
         words: The quantity in words.
         units: Unit of the quantity in warpdyn.
         low: Smallest usual value.
-        high: Largest usual value.
+        high: Largest usual value; infinity: there is no upper bound.
         mistakes: Likely mistakes, as clause -> factor from the given to the intended value.
         typical: Typical value; the mistakes whose corrected values are nearest to it are named first. None: the
             geometric mean of `low` and `high`.
@@ -68,6 +68,7 @@ class Check:
         """Return a sentence about an implausible value: the value, the usual values and likely mistakes."""
         unit = "" if self.units == "1" else f" {self.units}"
         usual = f"at most {high:.4g}" if self.low == 0 else f"{self.low:g} to {high:.4g}"
+        usual = f"at least {self.low:g}" if np.isinf(high) else usual
         meant = {clause: value * factor for clause, factor in self.mistakes.items() if isinstance(factor, float)}
         fitting = {clause: m for clause, m in meant.items() if self.low <= m <= high}
         middle = self.typical or (np.sqrt(self.low * high) if self.low > 0 else high)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 
-from warpdyn.foundations.core.plausibility.check import LENGTH, PERCENT, TIME, Check, G, given_in, with_units
+from warpdyn.foundations.core.plausibility.check import DASHPOT, LENGTH, PERCENT, TIME, Check, G, given_in, with_units
 
 _SPEED = {"km/h": 1 / 3.6, "mph": 0.44704, "knots": 1852 / 3600}
 _LONG_TIME = TIME | {"minutes": 60.0, "hours": 3600.0}
@@ -79,6 +79,24 @@ CHECKS_OF_ACTUATORS: Mapping[str, Check] = {
     ),
 }
 
+CHECKS_OF_CONTROL: Mapping[str, Check] = {
+    # Smaller forces have no effect on a building. Actuators in the storeys of a 20-storey building have 2 to 9 m/s2
+    # (Palacios-Quinonero et al. 2012, Mathematical Problems in Engineering 2012, 636878, table 1). The force over the
+    # weight of the structure is not checked: it may be 1e-5 for mass dampers, as for actuators with a limit in kN.
+    "actuator_acceleration": Check(
+        "acceleration that force_limit gives the free ends of the actuator, over the peak of the weakest motion,",
+        *("1", 5e-3, math.inf),
+        with_units("force_limit", {"kN": 1e3, "MN": 1e6}),
+        typical=1.0,
+    ),
+    # Dampers that add less have no effect. There is no upper bound, because a closed valve locks a damper.
+    "variable_damper_ratio": Check(
+        *("largest damping ratio that the VariableDampers with high= add to a mode", "1", 1e-3, math.inf),
+        with_units("high", DASHPOT),
+        typical=0.2,
+    ),
+}
+
 CHECKS_OF_FORCES: Mapping[str, Check] = {
     "phase": Check(
         *("absolute value of the phase", "rad", 0.0, 2 * math.pi),
@@ -101,4 +119,5 @@ CHECKS_OF_FORCES: Mapping[str, Check] = {
     ),
     **CHECKS_OF_WIND,
     **CHECKS_OF_ACTUATORS,
+    **CHECKS_OF_CONTROL,
 }

@@ -63,6 +63,14 @@ CHECKS_OF_FRAMES: Mapping[str, Check] = {
         with_units("shear_area", {"mm2": 1e-6, "cm2": 1e-4}),
         typical=0.8,
     ),
+    # Timber has 300 kg/m3 or more, steel 7,850 kg/m3; the mass of a floor may be included. Sections whose radius of
+    # gyration is small are not checked, because their area may be large so that members keep their lengths.
+    "mass_over_area": Check(
+        *("mass_per_length over area of the section", "kg/m3", 100.0, 1e8),
+        with_units("mass_per_length", {"t/m": 1e3, "kN/m of weight": 1e3 / G})
+        | with_units("area", {"mm2": 1e-6, "cm2": 1e-4}, -1),
+        typical=5000.0,
+    ),
     # Yield strains are 0.001 to 0.002; shear capacities lead to less.
     "capacity_strain": Check(
         *("strain at the capacity of the section", "1", 1e-5, 1.0),

@@ -14,10 +14,13 @@ if TYPE_CHECKING:
 
 # Largest relative difference of gravity loads [N] and masses [kg] that are the same numbers, or differ by g twice.
 SAME_NUMBERS = 0.015
+# Smallest radius of gyration [m] of the sections whose mass is compared with their area. A smaller radius may be due to
+# an area that is 100 or more times as large as the real one so that members keep their lengths.
+LEAST_RADIUS = 0.05
 
 
 def warn_of_implausible_tables(frame: Frame) -> None:
-    """Give one warning of implausible lengths, moduli, sections, and gravity loads over masses of a frame.
+    """Give one warning of implausible lengths, moduli, sections, masses of members, and gravity loads of a frame.
 
     A frame with an elastic modulus of 1 is dimensionless, as frames of textbooks, and is not checked.
     """
@@ -30,6 +33,12 @@ def warn_of_implausible_tables(frame: Frame) -> None:
     findings.add_each("elastic_modulus", list(modulus.values()), lambda place: f" {sections[place]!r}")
     radii = [float(np.sqrt(row["second_moment"] / row["area"])) for row in frame.sections.values()]
     findings.add_each("radius_of_gyration", radii, lambda place: f" {sections[place]!r}")
+    # A mass of 0 is the default: the masses are on the floors.
+    densities = [
+        row["mass_per_length"] / row["area"] if row["mass_per_length"] > 0 and radius > LEAST_RADIUS else np.nan
+        for row, radius in zip(frame.sections.values(), radii, strict=True)
+    ]
+    findings.add_each("mass_over_area", densities, lambda place: f" {sections[place]!r}")
     # Vertical and horizontal bars may be leaning columns and links, whose areas are large so that lengths stay equal.
     along = np.diff(frame.coordinates[frame.ends], axis=1)[:, 0]
     braces = np.flatnonzero(frame.geometry.is_bar & along.all(axis=1))

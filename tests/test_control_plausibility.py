@@ -1,0 +1,106 @@
+"""Force limits and damper coefficients in another unit give one warning; usual actuators give none."""
+
+import numpy as np
+import pytest
+
+import warpdyn as wd
+from warpdyn.model.scene.plausibility import warn_of_implausible
+
+pytestmark = pytest.mark.fast
+control = wd.control
+
+WAVE = np.sin(0.08 * np.arange(500)) * np.exp(-0.005 * np.arange(500))
+MOTION = wd.GroundMotion(3.0 * WAVE / WAVE.max(), 0.01, "peak of 3 m/s2")
+WEAK = wd.GroundMotion(0.2 * MOTION.values, 0.01, "weak")
+DAMPED = {"damping": "rayleigh", "damping_ratio": 0.02}
+# Palacios-Quinonero et al. (2012), Mathematical Problems in Engineering 2012, 636878, table 1: 20 storeys.
+STIFFNESS = np.repeat([8.62e8, 5.54e8, 4.54e8, 2.91e8, 2.56e8, 1.72e8], [5, 6, 3, 3, 2, 1])
+TALL = wd.ShearBuilding(1.1e6, STIFFNESS, 4.0, **DAMPED)
+FORCES = np.repeat([4.8e6, 2.4e6, 1.2e6], [5, 9, 6])  # N, of the actuators of each storey
+SKYHOOK = control.OnOffSkyhook(low=0.0, high=1.0)
+
+
+def mass_damper():
+    """Return a building with one degree of freedom and a mass damper of 2 %."""
+    springs = [
+        wd.Spring("storey", {"x": 1.0}, stiffness=4e6),
+        wd.Spring("damper", {"d": 1.0, "x": -1.0}, stiffness=8e4),
+    ]
+    return wd.LumpedStructure({"x": 1e5, "d": 2e3}, springs, **DAMPED)
+
+
+def scene(structure, actuators, motions=(MOTION,), design=None):
+    forces = control.Regulator(np.zeros((len(actuators), 2 * structure.dofs)))
+    of_dampers = isinstance(actuators[0], control.VariableDamper)
+    laws = {"controller": SKYHOOK} if of_dampers else {"regulator": forces}
+    loop = control.Control(actuators, sampling_interval=0.01, **laws)
+    return wd.Scene(structure, design or wd.Cloud(list(motions)), control=loop)
+
+
+def warn(*arguments, **options):
+    warn_of_implausible(scene(*arguments, **options))
+
+
+def tendons(factor):
+    return [control.Actuator(storey, force_limit=factor * FORCES[storey - 1]) for storey in (1, 5, 20)]
+
+
+@pytest.mark.parametrize(
+    ("structure", "actuators", "message"),
+    [
+        (
+            TALL,
+            tendons(1e-3),
+            "at actuator 3 is 0.000727.* .usual: at least 0.005.: with force_limit given in kN, .*0.727",
+        ),
+        (TALL, tendons(1e-6), "with force_limit given in MN, it would be 0.727"),
+        (mass_damper(), [control.Actuator("damper", force_limit=2.0)], "force_limit given in kN, it would be 0.34"),
+        (
+            mass_damper(),
+            [control.VariableDamper("damper", high=2.0)],
+            "that the VariableDampers with high= add to a mode is .*usual: at least 0.001.: with high given in kN s/m",
+        ),
+        (
+            TALL,
+            [control.VariableDamper(storey, high=6e3) for storey in (1, 2)],
+            "with high given in kN s/m, it would be",
+        ),
+    ],
+)
+def test_an_actuator_in_another_unit_gets_one_warning(structure, actuators, message):
+    with pytest.warns(UserWarning, match=message) as caught:
+        warn(structure, actuators)
+    assert len(caught) == 1
+
+
+def test_usual_actuators_get_no_warning(recwarn):
+    warn(TALL, tendons(1.0))
+    warn(TALL, tendons(0.02))  # weak ones
+    warn(TALL, [control.Actuator(1)])  # without a limit
+    warn(mass_damper(), [control.Actuator("damper", force_limit=600.0)])  # 0.3 m/s2
+    warn(mass_damper(), [control.VariableDamper("damper", high=2e3)])
+    warn(TALL, [control.VariableDamper(storey, high=6e6) for storey in (1, 2)])
+    # The weakest motion decides, also after its scaling: a force limit may be meant for it.
+    warn(TALL, tendons(4e-3), [MOTION, WEAK])
+    warn(TALL, tendons(2e-3), design=wd.Stripes([MOTION], [0.03, 0.3], wd.PeakGroundAcceleration()))
+    pushed = wd.ForceHistory(np.full((200, 20), 1e4), 0.05)
+    warn(TALL, tendons(1e-3), design=pushed)  # forces of other sizes than those of earthquakes
+    car = wd.QuarterCar(300.0, 60.0, 16e3, 300.0, 190e3)
+    road = wd.SineRoad(amplitude=0.01, wavelength=0.5).motion(speed=20.0, duration=1.0, step=0.001)
+    warn(car, [control.Actuator("suspension", force_limit=100.0)], [road])  # 0.3 % of the peak, which the tyre isolates
+    assert not recwarn.list
+
+
+def test_the_motion_of_a_live_run_is_not_checked():
+    """It is a placeholder. The wrong unit ends the call after the checks of the scene, before kernels compile."""
+    with pytest.raises(ValueError, match="furlong"):
+        wd.Live(scene(TALL, tendons(1e-3)), 1, unit="furlong/s2")
+
+
+def test_the_added_damping_ratio_is_that_of_an_oscillator():
+    """The damping ratio of one degree of freedom is c / (2 sqrt(k m)); a damper just below the bound is reported."""
+    oscillator = wd.ShearBuilding(1e5, 4e6, 3.0, **DAMPED)
+    critical = 2 * np.sqrt(1e5 * 4e6)
+    warn(oscillator, [control.VariableDamper(1, high=1.001e-3 * critical)])
+    with pytest.warns(UserWarning, match=r"add to a mode is 0.000999 "):
+        warn(oscillator, [control.VariableDamper(1, high=0.999e-3 * critical)])
