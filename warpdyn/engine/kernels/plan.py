@@ -16,6 +16,7 @@ from warpdyn.engine.device.processor import FEWEST_LANES, module_options
 from warpdyn.engine.kernels.composing.user_recorders import Recorder, users_of_variables
 from warpdyn.engine.kernels.grids.column_storeys import ColumnStoreys
 from warpdyn.engine.kernels.grids.frame_storeys import FrameStoreys, frame_storeys
+from warpdyn.engine.kernels.hinges.floor_matrices import FloorMatrices, floor_matrices
 from warpdyn.engine.kernels.hinges.layout import JointFrame
 from warpdyn.engine.kernels.lumped.pattern import ColumnLine, Pattern
 from warpdyn.engine.kernels.lumped.storeys import Storeys, storeys_of
@@ -105,17 +106,14 @@ class Plan:
 
     @property
     def storeys_of_thread(self) -> int:
-        """Number of storeys per thread; the last threads of a chain may have extra storeys without mass (padding).
-
-        All threads that share a frame with hinges integrate all floors; they divide the members.
-        """
-        return self.dofs if self.frame_storeys is not None else -(-self.dofs // self.sections)
+        """Number of storeys per thread; the last threads of a chain may have extra storeys without mass (padding)."""
+        return -(-self.dofs // self.sections)
 
     @property
     def springs_of_thread(self) -> int:
         """Number of springs per thread without biaxial ones: of a chain, one in each storey."""
         if self.frame_storeys is not None:
-            return self.dofs + self.frame_storeys.of_thread(self.sections).hinges
+            return self.storeys_of_thread + self.frame_storeys.of_thread(self.sections).hinges
         return self.storeys_of_thread if self.pattern is None else self.pattern.single_springs // self.sections
 
     @property
@@ -134,6 +132,12 @@ class Plan:
         """The layout of the hinges of a frame, or of those that a thread computes."""
         storeys = self.frame_storeys
         return storeys.of_thread(self.sections) if storeys else self.pattern.line if self.pattern else None
+
+    @property
+    def floors(self) -> FloorMatrices | None:
+        """The matrices of the floors of a frame with hinges that several threads share; otherwise None."""
+        is_shared = self.pattern and self.sections > 1 and self.frame_storeys
+        return floor_matrices(self.pattern, self.sections) if self.pattern and is_shared else None
 
     def threads_of(self, samples: int) -> int:
         """Return the number of threads for a number of samples."""

@@ -74,6 +74,8 @@ OF_GRIDS: dict[str, tuple[str, ...]] = {
     "exchange_turns": ("kernel", "Get the rotations of the joints below and above the storeys of a thread."),
     "find_drifts": ("kernel", "Find the drifts of the storeys of a thread."),
     "guess_joints": ("kernel", "Continue the rotations of joints before the first solution of a step."),
+    "drag_limits": ("kernel", "Move the limits of yielding hinges to their rotations.", "", _OF_LAW),
+    "continue_turns": ("kernel", "Continue the rotations of joints along those of the last states."),
     "factorise_joints": ("kernel", "Find the stiffness of members with hinges, and factorise that of the joints."),
     "load_joints": ("kernel", "Find the moments that act on joints."),
     "solve_joints": ("kernel", "Solve the linear system of the joints."),

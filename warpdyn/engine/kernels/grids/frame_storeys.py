@@ -40,8 +40,9 @@ class FrameStoreys:
         return len(self.joints[0])
 
     def springs_of(self, thread: int, threads: int) -> list[int]:
-        """Return the springs of one of the threads that share a frame: all storeys, then the hinges of its members."""
-        found = list(range(self.count))
+        """Return the springs of one of the threads that share a frame: its storeys, then the hinges of its members."""
+        own = self.count // threads
+        found = list(range(thread * own, (thread + 1) * own))
         for members in self._floors_of(thread, threads):
             for member, is_turned in members:
                 ends = self.line.springs[2 * member : 2 * member + 2]
@@ -63,13 +64,15 @@ class FrameStoreys:
         starts = starts_of(line.chord_storeys)
         found += [first("chord_storey") + starts[member] for each in floors for member, _ in each[: self.lines]]
         of_thread = self.of_thread(threads)
+        own = self.count // threads
         if of_thread.loads:
-            own = self.count // threads
             rows = [row for storey in self.joints[thread * own : (thread + 1) * own] for row in storey]
             found += [first("load") + line.loads.index(row) if row in line.loads else -1 for row in rows]
-        for name in ("drift", "shear", "moment"):
-            found += range(first(name), first(name) + line.lengths[name])
-        hinges = self.springs_of(thread, threads)[self.count :]
+        if of_thread.lengths["moment"]:
+            for name in ("drift", "shear"):
+                found += range(first(name) + thread * own, first(name) + (thread + 1) * own)
+            found.append(first("moment"))
+        hinges = self.springs_of(thread, threads)[own:]
         return found + [first("stiffness") + spring - self.count for spring in hinges]
 
     def of_thread(self, threads: int) -> JointFrame:
@@ -86,17 +89,17 @@ class FrameStoreys:
             chord_storeys += [(floor,)] * lines + [()] * (lines - 1)
         count = 2 * floors * members
         return JointFrame(
-            storeys=self.count,
+            storeys=floors,
             free=floors * lines,
             first_columns=tuple(range(floors * lines)),
             joints=tuple(ends),
-            springs=tuple(range(self.count, self.count + count)),
+            springs=tuple(range(floors, floors + count)),
             chords=((),) * (floors * members),
             chord_storeys=tuple(chord_storeys),
             loads=tuple(range(floors * lines)) if self.line.loads else (),
             has_member_loads=self.line.has_member_loads,
             springs_of_joints=tuple(
-                self.count + 2 * (floor * members + place) + 1 for floor in range(floors) for place in range(lines)
+                floors + 2 * (floor * members + place) + 1 for floor in range(floors) for place in range(lines)
             ),
         )
 

@@ -30,7 +30,6 @@ BORROWS = {
         "largest_jump",
     ),
     "hinge_failure": ("is_sound",),
-    "copied_lines": ("copied_rotation", "copied_least_rotation", "copied_most_rotation", "copied_side"),
 }
 LEAST_SLOPE = 1e-9  # of the initial stiffness of a hinge
 BEYOND = 1e30  # a limit that no rotation reaches
@@ -48,27 +47,23 @@ def names(plan):
     import warp as wp
 
     from warpdyn.engine.device.extrema import clamped
+    from warpdyn.engine.kernels.grids.hinged_members import first_value
     from warpdyn.engine.kernels.plan import DTYPES
 
     dtype, line, law = DTYPES[plan.dtype], plan.line_of_thread, spring_row(plan.law)
-    # On a CPU the arrays themselves serve as copies.
-    copied = () if plan.sections > 1 else ("rotation", "least_rotation", "most_rotation", "side")
-    own = {"rotation": "deformation"}
     return {
         "HINGES": line.hinges,
-        "FIRST_STIFFNESS": plan.pattern.first_of_line + line.values - line.hinges - plan.dofs,
+        "FIRST_STIFFNESS": first_value(plan) + line.values - line.hinges - plan.storeys_of_thread,
         "clamped": clamped,
         # Shows the compiler that an index is not negative; otherwise it tests this for each lane.
         "NOT_NEGATIVE": 2**30 - 1,
         "KNOWS_LINES": law.line is not None,
         "FAILS_SUDDENLY": "ibarra_medina_krawinkler" in str(plan.law),
-        "FIRST_ROTATION": 0 if plan.sections > 1 else plan.dofs,
         "hinge_memories": wp.types.matrix(shape=(max(1, line.hinges * law.memory), plan.lanes), dtype=dtype),
         "hinge_list": wp.types.vector(length=line.hinges, dtype=wp.int32),
         "same_slope": wp.constant(dtype(4 * np.finfo(plan.dtype).eps)),
         "least_slope": wp.constant(dtype(LEAST_SLOPE)),
         "beyond": wp.constant(dtype(BEYOND)),
-        **{f"copied_{name}": own.get(name, name) for name in copied},
         **({"line_of": law.line, "memory_along_line": law.memory_along_line} if law.line is not None else {}),
     }
 
@@ -80,6 +75,7 @@ def declare():
     most_rotation = end_rows()
     side = end_rows()  # towards which a hinge yields: 1, -1, or 0 if it is elastic
     outside = int(0)
+    yields = int(0)  # whether a hinge of a GPU's thread yields
     is_followed = indices()  # whether the present hinge is evaluated in this lane
     leaves_line_now = indices()
     earlier_memory = hinge_memories()  # before a hinge left its line, for a search that returns
@@ -103,7 +99,7 @@ def follow_lines():
         differing[j] = 0
         renewed[j] = 0
         largest_gap[j] = dtype(0.0)
-        spring_of_gap[j] = N
+        spring_of_gap[j] = STOREYS
         largest_jump[j] = dtype(0.0)
     listed = int(0)
     for hinge in range(HINGES):
@@ -115,12 +111,6 @@ def follow_lines():
         if outside > 0:
             listed_hinge[listed] = hinge
             listed += 1
-            if COPIED_LINES:
-                for j in range(LANES):
-                    copied_rotation[hinge, j] = deformation[N + hinge, j]
-                    copied_least_rotation[hinge, j] = least_rotation[hinge, j]
-                    copied_most_rotation[hinge, j] = most_rotation[hinge, j]
-                    copied_side[hinge, j] = side[hinge, j]
     place = int(0)
     while place < listed:
         followed = listed_hinge[place] & NOT_NEGATIVE
@@ -136,18 +126,10 @@ def follow_lines():
         i = N + followed
         slot("accept_line")
         place += 1
-    if COPIED_LINES:
+    if THREADS > 1:
+        yields = int(0)
         for hinge in range(HINGES):
-            outside = int(0)
-            for j in range(LANES):
-                present = deformation[N + hinge, j]
-                is_inside = present >= least_rotation[hinge, j] and present <= most_rotation[hinge, j]
-                outside += wp.where(is_inside or runs[j] == 0, 0, 1)
-            if outside > 0:
-                for j in range(LANES):
-                    least_rotation[hinge, j] = copied_least_rotation[hinge, j]
-                    most_rotation[hinge, j] = copied_most_rotation[hinge, j]
-                    side[hinge, j] = copied_side[hinge, j]
+            yields += wp.where(side[hinge, 0] == dtype(0.0), 0, 1)
     slot("drag_lines")
     for j in range(LANES):
         factorises += renewed[j]
@@ -156,9 +138,9 @@ def follow_lines():
 def follow_line():
     leaving_now = int(0)
     for j in range(LANES):
-        rotation = copied_rotation[FIRST_ROTATION + followed, j]
-        smallest_rotation = copied_least_rotation[followed, j]
-        largest_rotation = copied_most_rotation[followed, j]
+        rotation = deformation[i, j]
+        smallest_rotation = least_rotation[followed, j]
+        largest_rotation = most_rotation[followed, j]
         is_within = rotation >= smallest_rotation and rotation <= largest_rotation
         is_followed[j] = wp.where(is_within, 0, pace[j])
         leaves_line_now[j] = wp.where(smallest_rotation <= largest_rotation, is_followed[j], 0)
@@ -169,7 +151,7 @@ def follow_line():
     for j in range(LANES):
         slot("storey_coefficients")
         slot("accepted_memory")
-        rotation = copied_rotation[FIRST_ROTATION + followed, j]
+        rotation = deformation[i, j]
         after = mapped_memory(rotation, memory, c) if IS_MAPPING else memory
         moment = followed_of(rotation, after, c)
         slope = tangent_of(rotation, dtype(0.0), memory, after, c)
@@ -179,7 +161,7 @@ def follow_line():
             breaks = is_short and is_followed[j] > 0 and moment == dtype(0.0) and slope == dtype(0.0)
             for m in range(M):
                 z[i * M + m, j] = wp.where(breaks, after[m], memory[m])
-            copied_least_rotation[followed, j] = wp.where(breaks, rotation, copied_least_rotation[followed, j])
+            least_rotation[followed, j] = wp.where(breaks, rotation, least_rotation[followed, j])
         smallest_slope = least_slope * terms[FIRST_STIFFNESS + i, j]
         slope = wp.where(wp.abs(slope) < smallest_slope, smallest_slope, slope)
         slope = wp.where(pushes[j] > 0, of_push * terms[FIRST_STIFFNESS + i, j], slope)
@@ -192,7 +174,7 @@ def follow_line():
         spring_of_gap[j] = wp.where(gap > largest_gap[j], number_of_spring, spring_of_gap[j])
         largest_gap[j] = larger(largest_gap[j], gap)
         if KNOWS_LINES:
-            jump = wp.where(is_followed[j] > 0, wp.abs(rotation - copied_least_rotation[followed, j]), dtype(0.0))
+            jump = wp.where(is_followed[j] > 0, wp.abs(rotation - least_rotation[followed, j]), dtype(0.0))
             largest_jump[j] = larger(largest_jump[j], jump)
 
 
@@ -200,9 +182,9 @@ def go_to_limit():
     for j in range(LANES):
         slot("storey_coefficients")
         slot("accepted_memory")
-        lower_limit = copied_least_rotation[followed, j]
-        upper_limit = copied_most_rotation[followed, j]
-        limit = clamped(copied_rotation[FIRST_ROTATION + followed, j], lower_limit, upper_limit)
+        lower_limit = least_rotation[followed, j]
+        upper_limit = most_rotation[followed, j]
+        limit = clamped(deformation[i, j], lower_limit, upper_limit)
         moment_at_limit = line_slope[followed, j] * limit + line_intercept[followed, j]
         at_limit = memory_along_line(limit, moment_at_limit, memory, c)
         leaves = leaves_line_now[j] > 0
@@ -214,15 +196,15 @@ def go_to_limit():
         earlier_intercept[followed, j] = wp.where(leaves, line_intercept[followed, j], earlier_intercept[followed, j])
         earlier_least[followed, j] = wp.where(leaves, lower_limit, earlier_least[followed, j])
         earlier_most[followed, j] = wp.where(leaves, upper_limit, earlier_most[followed, j])
-        copied_least_rotation[followed, j] = wp.where(leaves, limit, lower_limit)
-        copied_most_rotation[followed, j] = wp.where(leaves, -beyond, upper_limit)
+        least_rotation[followed, j] = wp.where(leaves, limit, lower_limit)
+        most_rotation[followed, j] = wp.where(leaves, -beyond, upper_limit)
 
 
 def accept_line():
     for j in range(LANES):
-        rotation = copied_rotation[FIRST_ROTATION + followed, j]
-        smallest_rotation = copied_least_rotation[followed, j]
-        is_within = rotation >= smallest_rotation and rotation <= copied_most_rotation[followed, j]
+        rotation = deformation[i, j]
+        smallest_rotation = least_rotation[followed, j]
+        is_within = rotation >= smallest_rotation and rotation <= most_rotation[followed, j]
         is_followed[j] = wp.where(is_within, 0, accepts[j])
         slot("storey_coefficients")
         slot("accepted_memory")
@@ -244,7 +226,7 @@ def take_line():
         slot("storey_coefficients")
         slot("accepted_memory")
         is_changed = is_followed[j] > 0
-        reached_now = copied_rotation[FIRST_ROTATION + followed, j]
+        reached_now = deformation[i, j]
         moment = followed_of(reached_now, memory, c)
         slope, next_least, next_most, next_side = line_of(reached_now, memory, c)
         smallest_slope = least_slope * terms[FIRST_STIFFNESS + i, j]
@@ -259,11 +241,11 @@ def take_line():
         is_new = is_changed and not is_same
         line_slope[followed, j] = wp.where(is_new, slope, line_slope[followed, j])
         line_intercept[followed, j] = wp.where(is_new, moment - slope * reached_now, line_intercept[followed, j])
-        lower_limit = copied_least_rotation[followed, j]
-        copied_least_rotation[followed, j] = wp.where(is_changed, next_least, lower_limit)
-        upper_limit = copied_most_rotation[followed, j]
-        copied_most_rotation[followed, j] = wp.where(is_changed, next_most, upper_limit)
-        copied_side[followed, j] = wp.where(is_changed, next_side, copied_side[followed, j])
+        lower_limit = least_rotation[followed, j]
+        least_rotation[followed, j] = wp.where(is_changed, next_least, lower_limit)
+        upper_limit = most_rotation[followed, j]
+        most_rotation[followed, j] = wp.where(is_changed, next_most, upper_limit)
+        side[followed, j] = wp.where(is_changed, next_side, side[followed, j])
         earlier_most[followed, j] = wp.where(is_changed, -beyond, earlier_most[followed, j])
         renewed[j] += wp.where(is_new, 1, 0)
 
@@ -276,15 +258,20 @@ def take_earlier_line():
             z[i * M + m, j] = wp.where(returns_now, earlier_memory[followed * M + m, j], kept)
         line_slope[followed, j] = wp.where(returns_now, earlier_slope[followed, j], line_slope[followed, j])
         line_intercept[followed, j] = wp.where(returns_now, earlier_intercept[followed, j], line_intercept[followed, j])
-        lower_kept = copied_least_rotation[followed, j]
-        copied_least_rotation[followed, j] = wp.where(returns_now, earlier_least[followed, j], lower_kept)
-        upper_kept = copied_most_rotation[followed, j]
-        copied_most_rotation[followed, j] = wp.where(returns_now, earlier_most[followed, j], upper_kept)
+        lower_kept = least_rotation[followed, j]
+        least_rotation[followed, j] = wp.where(returns_now, earlier_least[followed, j], lower_kept)
+        upper_kept = most_rotation[followed, j]
+        most_rotation[followed, j] = wp.where(returns_now, earlier_most[followed, j], upper_kept)
         earlier_most[followed, j] = wp.where(returns_now, -beyond, earlier_most[followed, j])
         renewed[j] += wp.where(returns_now, 1, 0)
 
 
 def drag_lines():
+    if yields > 0 if THREADS > 1 else ONCE:
+        slot("drag_limits")
+
+
+def drag_limits():
     for hinge in range(HINGES):
         for j in range(LANES):
             rotation_reached = deformation[N + hinge, j]

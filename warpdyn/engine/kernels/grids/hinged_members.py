@@ -17,13 +17,18 @@ order = 5
 BORROWS = {
     "joint_rotations": ("drift_now",),
     "joint_matrix": ("solved", "runs"),
-    "shared_warp": ("section", "thread", "first_thread", "thread_above"),
+    "shared_warp": ("section", "first_thread", "thread_above"),
     "hinge_lines": ("line_slope", "line_intercept", "least_rotation", "most_rotation"),
 }
 
 
 def wanted(plan):
     return plan.frame_storeys is not None
+
+
+def first_value(plan):
+    """Return the place of the first value of a thread's members, after those of the matrices of its floors."""
+    return plan.floors.count if plan.floors else plan.pattern.first_of_line
 
 
 def values_held(plan):
@@ -35,10 +40,10 @@ def names(plan):
     import warp as wp
 
     from warpdyn.engine.device.extrema import maximum
-    from warpdyn.engine.device.warp_exchange import EXCHANGES, LARGEST, number_at
+    from warpdyn.engine.device.warp_exchange import LARGEST, number_at
     from warpdyn.engine.kernels.plan import DTYPES
 
-    storeys, line, first, threads = plan.frame_storeys, plan.line_of_thread, plan.pattern.first_of_line, plan.sections
+    storeys, line, first, threads = plan.frame_storeys, plan.line_of_thread, first_value(plan), plan.sections
     floors, lines, members = storeys.count // threads, storeys.lines, line.members - storeys.half_beams
     terms = [place for thread in range(threads) for place in storeys.terms_of(thread, threads)]
     dtype, lanes = DTYPES[plan.dtype], plan.lanes
@@ -62,10 +67,11 @@ def names(plan):
         "FIRST_DRIFT": first + line.first("drift"),
         "FIRST_SHEAR": first + line.first("shear"),
         "LEAST_MOMENT": first + line.first("moment"),
+        # On a GPU, values that are not kept until the next step leave registers free.
+        "KEEPS_HINGES": threads == 1 or "spring" in plan.recorders,
         "NO_MEMBERS": VALUES_OF_MEMBER * line.members,
-        "frame_term": number_at([place if place < 0 else first + place for place in terms]),
+        "frame_term": number_at([place if place < 0 else plan.pattern.first_of_line + place for place in terms]),
         "spring_number": number_at([spring for each in range(threads) for spring in storeys.springs_of(each, threads)]),
-        "shared_from": EXCHANGES[plan.dtype][0],
         "over_frame": LARGEST[plan.dtype],
         "line_rows": wp.types.matrix(shape=((floors + 1) * lines, lanes), dtype=dtype),
         "member_rows": wp.types.matrix(shape=(3 * members, lanes), dtype=dtype),
@@ -76,7 +82,7 @@ def names(plan):
 def place():
     is_idle = int(0)  # whether the thread has no storey
     first_of_frame = int(0)  # the first thread of the frame
-    next_storey = int(1)  # distance of the threads of successive storeys
+    next_storey = int(1)  # distance of the threads of successive storeys; 0 in an idle thread
     if THREADS > 1:
         first_of_frame = first_thread
         if HAS_IDLE_THREADS:
@@ -126,6 +132,9 @@ def read_sample():
             if JOINT_LOADS:
                 for q in range(JOINTS):
                     terms[FIRST_LOAD + q, j] = dtype(0.0)
+            if HAS_LOADS:
+                for q in range(FLOORS):
+                    terms[FIRST_SHEAR + q, j] = dtype(0.0)
     if HAS_LOADS:
         largest_moment[j] = terms[LEAST_MOMENT, j]
 
@@ -194,28 +203,36 @@ def find_moments():
             for j in range(LANES):
                 start_turn = turn_of_start[j]
                 end_turn = turn_of_end[j]
-                at_start = tie[3 * member, j] * start_turn + tie[3 * member + 1, j] * end_turn
-                at_start += bias[2 * member, j]
-                at_end = tie[3 * member + 1, j] * start_turn + tie[3 * member + 2, j] * end_turn
-                at_end += bias[2 * member + 1, j]
+                at_start = bias[2 * member, j] + tie[3 * member, j] * start_turn
+                at_start += tie[3 * member + 1, j] * end_turn
+                at_end = bias[2 * member + 1, j] + tie[3 * member + 1, j] * start_turn
+                at_end += tie[3 * member + 2, j] * end_turn
                 of_start = at_start
                 of_end = at_end
                 if MEMBER_LOADS:
                     of_start -= terms[FIRST_MEMBER_LOAD + 2 * member, j]
                     of_end -= terms[FIRST_MEMBER_LOAD + 2 * member + 1, j]
-                start_rotation = give[3 * member, j] * of_start + give[3 * member + 1, j] * of_end - start_turn
-                end_rotation = give[3 * member + 1, j] * of_start + give[3 * member + 2, j] * of_end - end_turn
-                # Not above zero if both hinges are within the limits of their lines; NaN is outside.
-                below_start = least_rotation[2 * member, j] - start_rotation
-                above_start = start_rotation - most_rotation[2 * member, j]
-                below_end = least_rotation[2 * member + 1, j] - end_rotation
-                above_end = end_rotation - most_rotation[2 * member + 1, j]
-                beyond_start = maximum(below_start, above_start)
-                beyond_end = maximum(below_end, above_end)
-                leaving[j] += wp.where(beyond_start <= dtype(0.0), 0, 1)
-                leaving[j] += wp.where(beyond_end <= dtype(0.0), 0, 1)
+                start_rotation = give[3 * member, j] * of_start - start_turn + give[3 * member + 1, j] * of_end
+                end_rotation = give[3 * member + 1, j] * of_start - end_turn + give[3 * member + 2, j] * of_end
+                # NaN is outside of the limits of a line.
+                if THREADS > 1:
+                    is_on_line = start_rotation >= least_rotation[2 * member, j]
+                    is_on_line = is_on_line and start_rotation <= most_rotation[2 * member, j]
+                    is_on_line = is_on_line and end_rotation >= least_rotation[2 * member + 1, j]
+                    is_on_line = is_on_line and end_rotation <= most_rotation[2 * member + 1, j]
+                    leaving[j] = wp.where(is_on_line, leaving[j], 1)
+                else:
+                    # Not above zero if both hinges are within the limits of their lines.
+                    below_start = least_rotation[2 * member, j] - start_rotation
+                    above_start = start_rotation - most_rotation[2 * member, j]
+                    below_end = least_rotation[2 * member + 1, j] - end_rotation
+                    above_end = end_rotation - most_rotation[2 * member + 1, j]
+                    beyond_start = maximum(below_start, above_start)
+                    beyond_end = maximum(below_end, above_end)
+                    leaving[j] += wp.where(beyond_start <= dtype(0.0), 0, 1)
+                    leaving[j] += wp.where(beyond_end <= dtype(0.0), 0, 1)
                 # A lane that has finished keeps its bits, also if the lines of other lanes have changed.
-                goes_on = runs[j] > 0
+                goes_on = runs[j] > 0 if KEEPS_HINGES else ONCE
                 deformation[i, j] = wp.where(goes_on, start_rotation, deformation[i, j])
                 deformation[i + 1, j] = wp.where(goes_on, end_rotation, deformation[i + 1, j])
                 spring_force[i, j] = wp.where(goes_on, -at_start, spring_force[i, j])
@@ -230,10 +247,7 @@ def find_moments():
                     storey_shear[floor, j] -= terms[FIRST_CHORD_STOREY + floor * LINES + q, j] * moment_of_member[j]
     for floor in range(N):
         for j in range(LANES):
-            if THREADS > 1:
-                spring_force[floor, j] = shared_from(storey_shear[0, j], first_of_frame + floor * next_storey)
-            else:
-                spring_force[floor, j] = storey_shear[floor, j]
+            spring_force[floor, j] = storey_shear[floor, j]
             if HAS_LOADS:
                 spring_force[floor, j] -= terms[FIRST_SHEAR + floor, j]
     if THREADS > 1:

@@ -7,8 +7,8 @@ if no hinge leaves its line, which is the case in most steps; this is checked fo
 `hinge_lines.py` evaluates the laws of the hinges that left their lines, and `drift_increments.py` decides how the
 search continues.
 
-This file contains the loop. On a GPU each thread of a warp has the members of one storey (`shared_warp.py`); on a CPU a
-thread has all storeys.
+This file contains the loop. On a GPU each thread of a warp has the members of one storey (`shared_warp.py`) and the
+floor above it (`shared_floors.py`); on a CPU a thread has all storeys.
 """
 
 order = 5
@@ -17,7 +17,6 @@ BORROWS = {
     "hinged_members": ("largest_moment", "leaving"),
     "joint_matrix": ("solved", "runs", "is_open"),
     "drift_increments": ("pace", "failed_spring", "accepts", "returns", "present_share", "spring_of_gap"),
-    "shared_warp": ("section",),
 }
 MOST_SOLUTIONS = 300
 # Largest unbalanced moment, relative to the largest moment of the sample so far.
@@ -99,17 +98,9 @@ def gather_springs():
 def find_drifts():
     for floor in range(FLOORS):
         for j in range(LANES):
-            present_drift = dtype(0.0)
-            if THREADS > 1:
-                for storey in range(N):
-                    present_drift = wp.where(storey == section, deformation[storey, j], present_drift)
-                    if HAS_LOADS:
-                        if storey == section:
-                            present_drift += terms[FIRST_DRIFT + storey, j]
-            else:
-                present_drift = deformation[floor, j]
-                if HAS_LOADS:
-                    present_drift += terms[FIRST_DRIFT + floor, j]
+            present_drift = deformation[floor, j]
+            if HAS_LOADS:
+                present_drift += terms[FIRST_DRIFT + floor, j]
             drift_wanted[floor, j] = present_drift
             drift_now[floor, j] = present_drift
 
@@ -121,13 +112,12 @@ def guess_joints():
         runs[j] = pace[j]
         accepts[j] = pace[j]
         returns[j] = 0
-    for joint in range(JOINTS):
-        for j in range(LANES):
-            reached_turn = solved[joint + LINES, j]
-            last_change = reached_turn - turn_then[joint, j]
-            goes_on = pace[j] > 0 and states_found > 1
-            solved[joint + LINES, j] = wp.where(goes_on, reached_turn + last_change, reached_turn)
-            turn_then[joint, j] = reached_turn
+    if THREADS > 1:
+        slot("continue_turns")
+    else:
+        for joint in range(JOINTS):
+            for j in range(LANES):
+                turn_then[joint, j] = solved[joint + LINES, j]
 
 
 def restore():

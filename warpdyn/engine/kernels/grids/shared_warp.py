@@ -1,4 +1,4 @@
-"""GPU threads that share a frame with hinges: each computes the members of a storey (see `lumped/by_storey.py`).
+"""GPU threads that share a frame with hinges: each has the members of a storey and the floor above it.
 
 As many samples as possible share the 32 threads of a warp: with five sections, for example, six samples. The other
 threads of the warp are idle: their state is always 0, as that of the ground below the first storey and of the missing

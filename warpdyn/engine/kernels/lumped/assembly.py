@@ -9,7 +9,7 @@ FIELDS = {
 
 
 def wanted(plan):
-    return plan.pattern is not None and plan.storeys is None
+    return plan.pattern is not None and plan.storeys is None and not plan.floors
 
 
 def names(plan):

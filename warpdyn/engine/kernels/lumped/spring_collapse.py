@@ -13,7 +13,7 @@ from warpdyn.engine.kernels.parts.collapse import share_beyond
 
 order = 10
 
-BORROWS = {"spring": ("peak_deformation",)}
+BORROWS = {"spring": ("peak_deformation",), "hinged_members": ("first_of_frame",)}
 FIELDS = {
     "Structure": {"inverse_drift_capacity": "float[,]"},  # of the springs, [spring, structure]; 0: no capacity
     "Output": {"time_of_collapse": "float[]", "spring_of_collapse": "int32[]", "storey_of_collapse": "int32[]"},
@@ -52,7 +52,7 @@ def limited_springs(plan):
     """Return the number of springs that are compared with a capacity, or whose deformation a recorder needs."""
     # Hinges of frames have no capacity, but the recorder of springs needs their deformations at the collapse.
     has_hinges = plan.pattern.line is not None and not plan.has_drift_capacity and "spring" not in plan.recorders
-    return plan.dofs if has_hinges else plan.springs_of_thread
+    return plan.storeys_of_thread if has_hinges else plan.springs_of_thread
 
 
 def declare():
@@ -62,6 +62,8 @@ def declare():
     collapse_time = row()  # negative before the collapse
     collapse_spring = row()  # counted from 1
     past_share = row()  # share of the last step that follows the collapse
+    largest_share = row()  # share of the present step that follows the collapse, and the spring
+    named_spring = row()
     move = row()  # largest change of a deformation in that step over its capacity, among springs that passed it
     stands = row()  # 1; 0 once the lane has collapsed
     last_interval = indices()  # the last interval whose states are recorded
@@ -72,22 +74,28 @@ def read_spring_row():
         inverse_capacity[i, j] = structures.inverse_drift_capacity[number_of_spring, s]
     if HAS_STOREYS:
         if i < LIMITED:
-            if storey_of_spring(i) > 0:
-                of_ratio = structures.inverse_height[storey_of_spring(i) - 1, s] / control.collapse_drift_ratio
+            own_storey = storey_of_spring(number_of_spring)
+            if own_storey > 0:
+                of_ratio = structures.inverse_height[own_storey - 1, s] / control.collapse_drift_ratio
                 inverse_capacity[i, j] = larger(inverse_capacity[i, j], of_ratio)
 
 
 def start():
-    for j in range(LANES):
-        collapse_time[j] = dtype(-1.0)
-        stands[j] = dtype(1.0)
-        last_interval[j] = live_intervals[j]
     for i in range(LIMITED):
         for j in range(LANES):
-            if wp.abs(deformation[i, j]) * inverse_capacity[i, j] > dtype(1.0):
-                collapse_time[j] = dtype(0.0)
-                collapse_spring[j] = dtype(i + 1)
-                last_interval[j] = int(0)
+            ratio_at_start = wp.abs(deformation[i, j]) * inverse_capacity[i, j]
+            if ratio_at_start > over[j]:
+                over[j] = ratio_at_start
+                collapse_spring[j] = dtype(number_of_spring + 1)
+    for j in range(LANES):
+        if THREADS > 1:
+            ratio_of_thread = over[j]
+            over[j] = over_frame(ratio_of_thread, first_of_frame, THREADS)
+            named_at_start = wp.where(ratio_of_thread >= over[j], collapse_spring[j], dtype(0.0))
+            collapse_spring[j] = over_frame(named_at_start, first_of_frame, THREADS)
+        collapse_time[j] = wp.where(over[j] > dtype(1.0), dtype(0.0), dtype(-1.0))
+        stands[j] = dtype(1.0)
+        last_interval[j] = wp.where(over[j] > dtype(1.0), 0, live_intervals[j])
 
 
 def begin_interval():
@@ -120,21 +128,41 @@ def end_step():
             over[j] = larger(over[j], wp.abs(deformation[i, j]) * inverse_capacity[i, j])
     for j in range(LANES):
         some_pass = some_pass | wp.where(over[j] * stands[j] > dtype(1.0), 1, 0)
+    if THREADS > 1:
+        some_pass = across_warp(some_pass)
     if some_pass > 0:
         for j in range(LANES):
+            largest_share[j] = dtype(0.0)
+            named_spring[j] = dtype(0.0)
+            slot("find_first_to_pass")
+            if THREADS > 1:
+                slot("compare_sections")
             if over[j] * stands[j] > dtype(1.0):
                 slot("collapse_here")
 
 
-def collapse_here():
+def find_first_to_pass():
     for i in range(LIMITED):
         share = share_beyond(earlier_deformation[i, j], deformation[i, j], inverse_capacity[i, j])
-        if share > dtype(0.0):
-            change = wp.abs(deformation[i, j] - earlier_deformation[i, j]) * inverse_capacity[i, j]
-            move[j] = wp.max(move[j], change)
-        if share > past_share[j]:
-            past_share[j] = share
-            collapse_spring[j] = dtype(i + 1)
+        change = wp.abs(deformation[i, j] - earlier_deformation[i, j]) * inverse_capacity[i, j]
+        move[j] = larger(move[j], wp.where(share > dtype(0.0), change * stands[j], dtype(0.0)))
+        if share > largest_share[j]:
+            largest_share[j] = share
+            named_spring[j] = dtype(number_of_spring + 1)
+
+
+def compare_sections():
+    over[j] = over_frame(over[j], first_of_frame, THREADS)
+    move[j] = over_frame(move[j], first_of_frame, THREADS)
+    share_of_thread = largest_share[j]
+    largest_share[j] = over_frame(share_of_thread, first_of_frame, THREADS)
+    named_spring[j] = wp.where(share_of_thread >= largest_share[j], named_spring[j], dtype(0.0))
+    named_spring[j] = over_frame(named_spring[j], first_of_frame, THREADS)
+
+
+def collapse_here():
+    past_share[j] = largest_share[j]
+    collapse_spring[j] = named_spring[j]
     if SPRING:
         for i in range(ROWS):
             change = deformation[i, j] - earlier_deformation[i, j]

@@ -44,7 +44,7 @@ def names(plan):
             "number_of_spring": "spring_number(lowest * SPRINGS_OF_STOREY + i)",
         }
     if plan.frame_storeys is not None:
-        number = {"g": "i", "number_of_spring": "spring_number(section * SPRINGS + i)"}
+        number = {"g": "section * N + i", "number_of_spring": "spring_number(section * SPRINGS + i)"}
     return {
         **number,
         "KEEPS_DRIFTS": keeps_drifts(plan),

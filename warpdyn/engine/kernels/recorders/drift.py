@@ -13,7 +13,7 @@ OF_STOREYS = {
     ),
 }
 VARIABLES = {"chain": OF_STOREYS, "lumped": OF_STOREYS}
-BORROWS = {"spring": ("peak_deformation",)}
+BORROWS = {"spring": ("peak_deformation",), "hinged_members": ("first_of_frame", "next_storey")}
 
 
 def wanted(plan):
@@ -21,21 +21,27 @@ def wanted(plan):
 
 
 def names(plan):
+    import warp as wp
+
     from warpdyn.engine.kernels.functions.recording import worst_storey
+    from warpdyn.engine.kernels.plan import DTYPES
 
     if plan.pattern is None:
         return {"worst_storey": worst_storey}
     # With equal storeys, rows of springs are in the order of the storeys.
     order = range(plan.pattern.springs) if plan.storeys is None else [s for row in plan.storeys.springs for s in row]
     place = {spring: row for row, spring in enumerate(order)}
+    # Of a frame whose floors are shared among threads, each thread has the spring of one storey.
+    row = "peak_of_storey" if plan.floors else "peak_deformation"
     lines = []
     for storey, springs in enumerate(plan.pattern.storeys):
-        first, *others = [f"peak_deformation[{place[spring]}, j]" for spring in springs]
+        first, *others = [f"{row}[{place[spring]}, j]" for spring in springs]
         lines.append(f"output.peak_storey_drift[{storey}, o] = {first}")
         target = f"output.peak_storey_drift[{storey}, o]"
         lines += [f"{target} = larger({target}, {other})" for other in others]
     return {
         "worst_storey": worst_storey,
+        "peaks_of_storeys": wp.types.matrix(shape=(plan.dofs, plan.lanes), dtype=DTYPES[plan.dtype]),
         "NUMBER_OF_STOREYS": len(plan.pattern.storeys),
         "LARGEST_OF_SPRINGS": "\n".join(lines),
     }
@@ -48,6 +54,8 @@ def values_held(plan):
 def declare():
     if not EXPLICIT_LUMPED:
         peak_drift = matrix()
+    if SHARED_FLOORS:
+        peak_of_storey = peaks_of_storeys()
 
 
 def start_drift():
@@ -71,6 +79,12 @@ def restart_recorders():
 def finish_storey():
     if not EXPLICIT_LUMPED:
         output.peak_storey_drift[g, o] = peak_drift[i, j]
+
+
+def after_finish():
+    if SHARED_FLOORS:
+        for storey in range(STOREYS):
+            peak_of_storey[storey, j] = shared_from(peak_deformation[0, j], first_of_frame + storey * next_storey)
 
 
 def finish_rows():

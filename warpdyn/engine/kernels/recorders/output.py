@@ -29,7 +29,19 @@ def names(plan):
     from warpdyn.engine.kernels.plan import DTYPES
 
     pattern, count = plan.pattern, plan.length("output")
-    if plan.storeys is None:
+    rows = max(1, len(pattern.output.rows) // (1 if plan.storeys is None else plan.sections))
+    if plan.floors:  # each thread has every THREADS-th output
+        from warpdyn.engine.kernels.grids.shared_floors import element
+        from warpdyn.engine.kernels.hinges.floor_matrices import row_product, statements_of
+
+        of_thread = plan.floors.rows["output"]
+        count = rows = len(of_thread)
+        lines = []
+        for place, row in enumerate(of_thread):
+            target = f"present_output[{place}, j]"
+            lines += [f"{target} = dtype(0.0)", *row_product(row, target, element("u", row.is_full))]
+        own = {"PRESENT_OUTPUTS": statements_of(lines), "number_of_output": "m * THREADS + section"}
+    elif plan.storeys is None:
         text = products(
             pattern.output,
             "terms",
@@ -44,9 +56,9 @@ def names(plan):
         count //= plan.sections
         listed = number_at([each for row in plan.storeys.outputs for each in row])
         own = {"output_number": listed, "number_of_output": "output_number(section * OUTPUTS + m)"}
-    rows = max(1, len(pattern.output.rows) // (1 if plan.storeys is None else plan.sections))
     return {
         "OUTPUTS": count,
+        "ALL_OUTPUTS": plan.length("output"),
         **own,
         "RESULTANTS": resultants(pattern) or "pass",
         "output_rows": wp.types.matrix(shape=(rows, plan.lanes), dtype=DTYPES[plan.dtype]),
@@ -96,4 +108,5 @@ def restart_recorders():
 
 def finish_rows():
     for m in range(OUTPUTS):
-        output.peak_output[number_of_output, o] = peak_output[m, j]
+        if number_of_output < ALL_OUTPUTS if SHARED_FLOORS else True:
+            output.peak_output[number_of_output, o] = peak_output[m, j]
