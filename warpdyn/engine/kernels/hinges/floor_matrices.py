@@ -1,8 +1,8 @@
-"""The matrices of the floors of a frame, if each of the threads of a GPU's warp that share the frame has one floor.
+"""The matrices of the floors of a frame whose threads on a GPU have one floor each.
 
-Each thread computes its row of the product of a matrix and a vector, of which it has one element. It gets the other
-elements from the other threads: from those of the neighbouring floors if the matrix has entries of these only (such as
-the geometric stiffness of a leaning column), otherwise from all of them (such as damping by Rayleigh).
+Each thread has one element of a vector, and computes its row of the product of a matrix and this vector. If the matrix
+couples neighbouring floors only (such as the geometric stiffness of a leaning column), the thread gets two elements of
+its neighbours, otherwise the elements of all floors (such as for Rayleigh damping).
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ class Factor:
     Args:
         where: BELOW, OWN or ABOVE, or, of a full matrix, the column.
         sign: Sign of its value.
-        place: Index of its value among those of a thread; UNIT if this is 1.
+        place: Index of its value in the list of a thread's values; UNIT if this is 1.
     """
 
     where: int
