@@ -20,6 +20,7 @@ def matrices_of(floors, random):
         "stiffness": -(stiffness + stiffness.T) * band,
         "damping": damping + damping.T,
         "drive": np.ones((floors, 1)),
+        "mass": np.diag(random.uniform(1, 2, floors)),
         "unmoved": random.uniform(1, 2, (floors, 1)),
         "output": np.vstack([0.3 * drifts, random.uniform(1, 2, (1, floors))]),
     }
@@ -39,21 +40,23 @@ def test_rows_of_threads_are_the_matrices(floors):
     def value(code):
         return float(code) if abs(code) < 2 else np.sign(code) * terms[abs(code) - 2]
 
-    def element(vector, row, factor, thread):
-        column = factor.where if row.is_full else thread + factor.where
+    def element(vector, row, entry, thread):
+        column = entry.where if row.is_full else thread + entry.where
         return vector[column] if 0 <= column < len(vector) else 0.0
 
     drifts = matrices["deformation"][:floors]
+    assert "mass" not in found.rows  # only energies need it
+    del matrices["mass"]
     for name, matrix in (matrices | {"deformation": drifts, "force": drifts.T}).items():
         vector = random.uniform(-1, 1, matrix.shape[1])
         product = np.full((len(found.rows[name]), floors), np.nan)
         for place, row in enumerate(found.rows[name]):
             for thread in range(floors):
                 of_thread = [
-                    1.0 if each.place == UNIT else value(found.codes[each.place][thread]) for each in row.factors
+                    1.0 if each.place == UNIT else value(found.codes[each.place][thread]) for each in row.entries
                 ]
-                elements = [element(vector, row, each, thread) for each in row.factors]
-                signs = [each.sign for each in row.factors]
+                elements = [element(vector, row, each, thread) for each in row.entries]
+                signs = [each.sign for each in row.entries]
                 product[place, thread] = np.sum(np.multiply(of_thread, elements) * signs)
         rows = len(matrix)
         np.testing.assert_allclose(product.ravel()[:rows], matrix @ vector, rtol=0, atol=1e-13, err_msg=name)

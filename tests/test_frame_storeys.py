@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import warp as wp
 from hinge_cases import reference_model
 
 import warpdyn as wd
@@ -17,6 +18,7 @@ from warpdyn.engine.kernels.lumped.division import can_share_frame
 
 HEIGHT, SPAN = 3.5, 6.0  # m
 MASS = 1.2e5  # kg, of a floor
+GPUS = [f"cuda:{number}" for number in range(min(1, wp.get_cuda_device_count()))]
 
 
 def grid_frame(storeys=2, bays=1, *, base="fixed", hinged_beams=True, law=None, brackets=None, slab_load=0.0):
@@ -203,6 +205,29 @@ def test_a_joint_whose_hinges_cannot_carry_its_moment_has_no_equilibrium(side):
     for name in PEAKS:
         assert np.isnan(found[name].values[loses]).all(), name
         np.testing.assert_array_equal(found[name].values[~loses], alone[name].values)
+
+
+@pytest.mark.parametrize("device", GPUS)
+@pytest.mark.parametrize("storeys", [2, 3, 5])  # threads without a storey: 0, 2, 2 of each warp
+def test_threads_of_a_gpu_give_the_results_of_a_cpu(storeys, device):
+    base = grid_frame(storeys, 2, law=IMK, brackets=(0.5, 0.4), slab_load=3e4)
+    damping = 0.3 * MASS * np.eye(storeys) + 2e4 * (storeys * np.eye(storeys) - 1)  # couples all floors
+    frame = wd.HingedFrame(base.frame, base.hinges, damping_matrix=damping, drift_capacity=0.1)
+    time = 0.01 * np.arange(200)
+    shape = np.linspace(0.4, 1.0, storeys)
+    push = wd.ForceHistory(3e5 * np.outer(np.sin(5 * time), shape), 0.01, initial_velocity=0.3)
+    pulses = [wd.GroundMotion(scale * np.sin(4 * time), 0.01, f"sine x {scale}") for scale in (1.0, 4.0, 12.0)]
+    recorders = ("output", "spring", "acceleration", "displacement")
+    for excitation in (push, wd.Cloud(pulses)):
+        scene = wd.Scene(frame, excitation, recorders=recorders, tail=0.2)
+        settings = {"method": "leapfrog", "step": 0.0025, "dtype": "float64"}
+        expected, found = (wd.simulate(scene, device=each, **settings) for each in ("cpu", device))
+        for name in ("status", "spring_of_collapse", "storey_of_collapse"):
+            np.testing.assert_array_equal(found[name], expected[name], err_msg=name)
+        np.testing.assert_allclose(found["time_of_collapse"], expected["time_of_collapse"], rtol=1e-7)
+        # The largest error of a moment is 1e-9 of the largest moment, in each step.
+        assert max(largest_error(expected, found, name) for name in (*PEAKS, "peak_displacement")) < 1e-6
+    assert 1 in expected["status"].values  # collapsed
 
 
 @pytest.mark.fast

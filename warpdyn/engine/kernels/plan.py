@@ -136,8 +136,9 @@ class Plan:
     @property
     def floors(self) -> FloorMatrices | None:
         """The matrices of the floors of a frame with hinges that several threads share; otherwise None."""
-        is_shared = self.pattern and self.sections > 1 and self.frame_storeys
-        return floor_matrices(self.pattern, self.sections) if self.pattern and is_shared else None
+        if self.pattern is None or self.sections == 1 or self.frame_storeys is None:
+            return None
+        return floor_matrices(self.pattern, self.sections)
 
     def threads_of(self, samples: int) -> int:
         """Return the number of threads for a number of samples."""

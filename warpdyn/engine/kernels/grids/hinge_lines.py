@@ -75,7 +75,7 @@ def declare():
     most_rotation = end_rows()
     side = end_rows()  # towards which a hinge yields: 1, -1, or 0 if it is elastic
     outside = int(0)
-    yields = int(0)  # whether a hinge of a GPU's thread yields
+    yielding_hinges = int(0)  # of a GPU's thread
     is_followed = indices()  # whether the present hinge is evaluated in this lane
     leaves_line_now = indices()
     earlier_memory = hinge_memories()  # before a hinge left its line, for a search that returns
@@ -127,9 +127,9 @@ def follow_lines():
         slot("accept_line")
         place += 1
     if THREADS > 1:
-        yields = int(0)
+        yielding_hinges = int(0)
         for hinge in range(HINGES):
-            yields += wp.where(side[hinge, 0] == dtype(0.0), 0, 1)
+            yielding_hinges += wp.where(side[hinge, 0] == dtype(0.0), 0, 1)
     slot("drag_lines")
     for j in range(LANES):
         factorises += renewed[j]
@@ -267,7 +267,8 @@ def take_earlier_line():
 
 
 def drag_lines():
-    if yields > 0 if THREADS > 1 else ONCE:
+    # Without a yielding hinge no limit moves. On a CPU the test would need a branch for each lane.
+    if yielding_hinges > 0 if THREADS > 1 else ONCE:
         slot("drag_limits")
 
 

@@ -67,7 +67,8 @@ def names(plan):
         "FIRST_DRIFT": first + line.first("drift"),
         "FIRST_SHEAR": first + line.first("shear"),
         "LEAST_MOMENT": first + line.first("moment"),
-        # On a GPU, values that are not kept until the next step leave registers free.
+        # Only the recorder of springs needs rotations and moments of hinges after a step on a GPU. Without it they
+        # need no registers.
         "KEEPS_HINGES": threads == 1 or "spring" in plan.recorders,
         "NO_MEMBERS": VALUES_OF_MEMBER * line.members,
         "frame_term": number_at([place if place < 0 else plan.pattern.first_of_line + place for place in terms]),
@@ -231,7 +232,7 @@ def find_moments():
                     beyond_end = maximum(below_end, above_end)
                     leaving[j] += wp.where(beyond_start <= dtype(0.0), 0, 1)
                     leaving[j] += wp.where(beyond_end <= dtype(0.0), 0, 1)
-                # A lane that has finished keeps its bits, also if the lines of other lanes have changed.
+                # A lane that has finished keeps its bits, also if lines have changed.
                 goes_on = runs[j] > 0 if KEEPS_HINGES else ONCE
                 deformation[i, j] = wp.where(goes_on, start_rotation, deformation[i, j])
                 deformation[i + 1, j] = wp.where(goes_on, end_rotation, deformation[i + 1, j])
@@ -247,9 +248,10 @@ def find_moments():
                     storey_shear[floor, j] -= terms[FIRST_CHORD_STOREY + floor * LINES + q, j] * moment_of_member[j]
     for floor in range(N):
         for j in range(LANES):
-            spring_force[floor, j] = storey_shear[floor, j]
+            shear_now = storey_shear[floor, j]
             if HAS_LOADS:
-                spring_force[floor, j] -= terms[FIRST_SHEAR + floor, j]
+                shear_now -= terms[FIRST_SHEAR + floor, j]
+            spring_force[floor, j] = wp.where(runs[j] > 0, shear_now, spring_force[floor, j])
     if THREADS > 1:
         grown = any_in_warp(grown)
         if grown > 0:

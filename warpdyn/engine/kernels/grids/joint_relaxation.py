@@ -2,8 +2,8 @@
 
 The joints of a floor are solved exactly together, even and odd floors alternately. A column couples neighbouring floors
 by less than half of the stiffness at its ends, so each sweep divides the error by 10 to 20. Sweeps start from
-rotations that continue the last three states, and end when one changes no moment by more than MOST_MOVE times the
-tolerance.
+rotations that continue the last three states, and end when one changes no moment by more than the tolerance, or
+MOST_MOVE times the tolerance if no hinge softens.
 """
 
 order = 6
@@ -18,8 +18,10 @@ BORROWS = {
 
 OVER_RELAXATION = 1.05
 MOST_SWEEPS = 20
-# Without softening hinges a column of constant section couples its ends by less than half of their stiffness. A sweep
-# (of both halves of the floors) then divides the error by more than 4: its change is more than 3 times the error left.
+# Largest change of a moment by the last sweep, in tolerances, if no hinge of the storey softens. A column of constant
+# section then couples its ends by less than half of their stiffness. A sweep (of both halves of the floors) divides the
+# error by more than 4, so that its change is more than 3 times the error left. Columns with rigid offsets have another
+# kernel.
 MOST_MOVE = 3.0
 
 
@@ -28,7 +30,7 @@ def wanted(plan):
 
 
 def values_held(plan):
-    return 6 * plan.frame_storeys.lines + 2
+    return 6 * plan.frame_storeys.lines + 3
 
 
 def names(plan):
@@ -40,6 +42,7 @@ def names(plan):
     dtype = DTYPES[plan.dtype]
     return {
         "most_move": wp.constant(dtype(MOST_MOVE * TOLERANCE[plan.dtype])),
+        "MEMBER_ENDS": 3 * plan.line_of_thread.members,
         "of_sweep": wp.constant(dtype(OVER_RELAXATION)),
         "MOST_SWEEPS": MOST_SWEEPS,
         "floor_of_joints": wp.types.matrix(shape=(plan.frame_storeys.lines, plan.lanes), dtype=dtype),
@@ -51,12 +54,14 @@ def declare():
     eliminated = floor_of_joints()  # share of a joint's moment that the next joint of its floor takes
     coupling_above = floor_of_joints()  # of the joints at both ends of each column of the storey above
     floor_turn = floor_of_joints()
-    change_then = floor_of_joints()  # changes of the rotations in the last step
+    change_then = floor_of_joints()  # changes of the rotations in the step before the last one
+    allowed_move = row()  # change of a moment by the last sweep, relative to the largest moment
     share_of_move = row()
     moved_moment = row()
 
 
 def continue_turns():
+    # Along a parabola through the last three states.
     for joint in range(JOINTS):
         for j in range(LANES):
             reached_turn = solved[joint + LINES, j]
@@ -68,6 +73,11 @@ def continue_turns():
 
 
 def factorise_joints():
+    for j in range(LANES):
+        allowed_move[j] = most_move
+        for place in range(MEMBER_ENDS):
+            if place % 3 != 1 and tie[place, j] < dtype(0.0):  # a hinge softens
+                allowed_move[j] = balance
     for q in range(LINES):
         beam = 3 * (LINES + q) + 1
         for j in range(LANES):
@@ -117,10 +127,10 @@ def solve_joints():
                     floor_turn[q, j] = solved_now
                     change = share_of_move[j] * (solved_now - solved[LINES + q, j])
                     solved[LINES + q, j] += change
-                    moved_moment[j] = larger(moved_moment[j], wp.abs(change) * joint_stiffness[q, j])
+                    moved_moment[j] = larger(moved_moment[j], wp.abs(change * joint_stiffness[q, j]))
         open_threads = int(0)
         for j in range(LANES):
-            still_moves = wp.where(moved_moment[j] <= most_move * largest_moment[j], 0, is_open[j])
+            still_moves = wp.where(moved_moment[j] <= allowed_move[j] * largest_moment[j], 0, is_open[j])
             is_open[j] = any_of_frame(still_moves, first_of_frame, THREADS)
             open_threads += is_open[j]
         open_threads = any_in_warp(open_threads)
@@ -131,5 +141,5 @@ def solve_joints():
 def find_moments():
     # The largest moment may have grown since the last sweep.
     for j in range(LANES):
-        still_moves = wp.where(moved_moment[j] <= most_move * largest_moment[j], 0, is_open[j])
+        still_moves = wp.where(moved_moment[j] <= allowed_move[j] * largest_moment[j], 0, is_open[j])
         is_open[j] = any_of_frame(still_moves, first_of_frame, THREADS)

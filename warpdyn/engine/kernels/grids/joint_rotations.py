@@ -19,7 +19,7 @@ BORROWS = {
     "drift_increments": ("pace", "failed_spring", "accepts", "returns", "present_share", "spring_of_gap"),
 }
 MOST_SOLUTIONS = 300
-# Largest unbalanced moment, relative to the largest moment of the sample so far.
+# Largest error of a moment, relative to the largest moment of the sample so far.
 TOLERANCE = {"float32": 5e-5, "float64": 1e-9}
 
 

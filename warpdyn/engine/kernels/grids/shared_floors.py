@@ -17,6 +17,10 @@ def wanted(plan):
     return plan.floors is not None
 
 
+def values_held(plan):
+    return plan.floors.count
+
+
 def names(plan):
     import warp as wp
 
@@ -65,12 +69,12 @@ def names(plan):
 
 
 def element(vector, is_full):
-    """Return the function from a factor to the text of the vector's element of its thread."""
+    """Return the function from an entry of a row to the text of the vector's element that it multiplies."""
     own = f"{vector}[0, j]"
     neighbours = {OWN: own, BELOW: f"from_thread({own}, thread_below)", ABOVE: f"from_thread({own}, thread_above)"}
     if is_full:
-        return lambda factor: f"shared_from({own}, first_of_frame + {factor.where} * next_storey)"
-    return lambda factor: neighbours[factor.where]
+        return lambda entry: f"shared_from({own}, first_of_frame + {entry.where} * next_storey)"
+    return lambda entry: neighbours[entry.where]
 
 
 def read_sample():
@@ -83,6 +87,12 @@ def read_sample():
             terms[q, j] = -structures.terms[-code - 2, s]
         if is_idle > 0:
             terms[q, j] = dtype(0.0)
+
+
+def read_storey():
+    if is_idle > 0:  # the ground below the first storey does not move
+        u[i, j] = dtype(0.0)
+        v[i, j] = dtype(0.0)
 
 
 def gather_springs():

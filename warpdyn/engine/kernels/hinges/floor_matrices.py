@@ -11,15 +11,15 @@ import functools
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from warpdyn.engine.kernels.lumped.pattern import UNIT, Pattern, Table, transposed
+from warpdyn.engine.kernels.lumped.pattern import OF_ENERGIES, UNIT, Pattern, Table, transposed
 from warpdyn.engine.kernels.lumped.storeys import FIRST_CODE, ONE, Codes
 
-OF_MOTION = ("drive", "unmoved", "pull")  # matrices whose columns are components of the motion
-BELOW, OWN, ABOVE = -1, 0, 1  # whose element of the vector an entry is multiplied with
+OF_MOTION = ("drive", "unmoved")  # matrices whose columns are components of the motion
+BELOW, OWN, ABOVE = -1, 0, 1  # the floor whose element of the vector an entry multiplies
 
 
 @dataclass(frozen=True)
-class Factor:
+class Entry:
     """One entry of the rows of all threads.
 
     Args:
@@ -38,11 +38,11 @@ class Row:
     """A row of a matrix in all threads.
 
     Args:
-        factors: Its entries.
+        entries: Its entries.
         is_full: Whether `where` of an entry is a column.
     """
 
-    factors: tuple[Factor, ...]
+    entries: tuple[Entry, ...]
     is_full: bool
 
 
@@ -67,9 +67,12 @@ class FloorMatrices:
 @functools.cache
 def floor_matrices(pattern: Pattern, threads: int) -> FloorMatrices:
     """Return the matrices of a frame whose floors are the degrees of freedom, one for each of the threads."""
+    assert len(pattern.inverse_mass.rows) == threads, "each thread has one floor"
     places: dict[Codes, int] = {}
     rows, first = {}, 0
     for name, table in pattern.tables.items():
+        if name in OF_ENERGIES:
+            continue
         if name == "deformation":  # those of hinges do not follow from displacements
             table = Table(table.rows[:threads], table.values)
             rows["force"] = _divided_rows(transposed(table, threads), first, threads, places)
@@ -82,7 +85,7 @@ def floor_matrices(pattern: Pattern, threads: int) -> FloorMatrices:
 def _divided_rows(
     table: Table, first: int, threads: int, places: dict[Codes, int], *, columns_are_floors: bool = True
 ) -> tuple[Row, ...]:
-    """Return the rows of each thread: row r of the matrix is one of thread r, r - threads, r - 2 threads, ..."""
+    """Return the rows of each thread: row r of the matrix belongs to thread r % threads."""
     if table.is_empty:
         return ()
     found = []
@@ -98,30 +101,30 @@ def _divided_rows(
         for where in sorted(distances if is_banded else entries):
             columns = [thread + where if is_banded else where for thread in range(threads)]
             codes = [entries.get(column, {}).get(thread, 0) for thread, column in enumerate(columns)]
-            # The elements below the first floor and above the last one are 0, so that their factors have no effect.
+            # The elements below the first floor and above the last one are those of idle threads, which are always 0.
             inside = [
                 code for code, column in zip(codes, columns, strict=True) if not is_banded or 0 <= column < threads
             ]
             sign = next(1 if code > 0 else -1 for code in inside if code)
             normal = tuple(sign * code for code in codes)
             is_unit = set(inside) == {sign * ONE}
-            factors.append(Factor(where, sign, UNIT if is_unit else places.setdefault(normal, len(places))))
+            factors.append(Entry(where, sign, UNIT if is_unit else places.setdefault(normal, len(places))))
         found.append(Row(tuple(factors), not is_banded))
     return tuple(found)
 
 
-def row_product(row: Row, target: str, factor: Callable[[Factor], str], *, sign: int = 1) -> list[str]:
+def row_product(row: Row, target: str, element: Callable[[Entry], str], *, sign: int = 1) -> list[str]:
     """Return statements that add the product of a thread's row and a vector to the target.
 
     Args:
         row: The row.
         target: Text of the element of the result.
-        factor: Function from an entry to the text of the vector's element.
+        element: Function from an entry to the text of the vector's element.
         sign: Sign of the product: 1 or -1.
     """
     found = []
-    for each in row.factors:
-        value = factor(each) if each.place == UNIT else f"terms[{each.place}, j] * {factor(each)}"
+    for each in row.entries:
+        value = element(each) if each.place == UNIT else f"terms[{each.place}, j] * {element(each)}"
         found.append(f"{target} {'+=' if sign * each.sign > 0 else '-='} {value}")
     return found
 

@@ -13,7 +13,7 @@ from warpdyn.engine.kernels.parts.collapse import share_beyond
 
 order = 10
 
-BORROWS = {"spring": ("peak_deformation",), "hinged_members": ("first_of_frame",)}
+BORROWS = {"spring": ("peak_deformation",), "hinged_members": ("first_of_frame", "is_idle")}
 FIELDS = {
     "Structure": {"inverse_drift_capacity": "float[,]"},  # of the springs, [spring, structure]; 0: no capacity
     "Output": {"time_of_collapse": "float[]", "spring_of_collapse": "int32[]", "storey_of_collapse": "int32[]"},
@@ -45,7 +45,7 @@ def names(plan):
 
 
 def values_held(plan):
-    return 2 * limited_springs(plan) + 5
+    return 2 * limited_springs(plan) + 7
 
 
 def limited_springs(plan):
@@ -62,8 +62,8 @@ def declare():
     collapse_time = row()  # negative before the collapse
     collapse_spring = row()  # counted from 1
     past_share = row()  # share of the last step that follows the collapse
-    largest_share = row()  # share of the present step that follows the collapse, and the spring
-    named_spring = row()
+    largest_share = row()  # share of the present step after the first spring has passed its capacity
+    first_spring = row()  # this spring, counted from 1; 0: no spring
     move = row()  # largest change of a deformation in that step over its capacity, among springs that passed it
     stands = row()  # 1; 0 once the lane has collapsed
     last_interval = indices()  # the last interval whose states are recorded
@@ -96,6 +96,8 @@ def start():
         collapse_time[j] = wp.where(over[j] > dtype(1.0), dtype(0.0), dtype(-1.0))
         stands[j] = dtype(1.0)
         last_interval[j] = wp.where(over[j] > dtype(1.0), 0, live_intervals[j])
+        if THREADS > 1:  # an idle thread waits for no frame
+            last_interval[j] = wp.where(is_idle > 0, -1, last_interval[j])
 
 
 def begin_interval():
@@ -133,7 +135,7 @@ def end_step():
     if some_pass > 0:
         for j in range(LANES):
             largest_share[j] = dtype(0.0)
-            named_spring[j] = dtype(0.0)
+            first_spring[j] = dtype(0.0)
             slot("find_first_to_pass")
             if THREADS > 1:
                 slot("compare_sections")
@@ -148,7 +150,7 @@ def find_first_to_pass():
         move[j] = larger(move[j], wp.where(share > dtype(0.0), change * stands[j], dtype(0.0)))
         if share > largest_share[j]:
             largest_share[j] = share
-            named_spring[j] = dtype(number_of_spring + 1)
+            first_spring[j] = dtype(number_of_spring + 1)
 
 
 def compare_sections():
@@ -156,13 +158,13 @@ def compare_sections():
     move[j] = over_frame(move[j], first_of_frame, THREADS)
     share_of_thread = largest_share[j]
     largest_share[j] = over_frame(share_of_thread, first_of_frame, THREADS)
-    named_spring[j] = wp.where(share_of_thread >= largest_share[j], named_spring[j], dtype(0.0))
-    named_spring[j] = over_frame(named_spring[j], first_of_frame, THREADS)
+    first_spring[j] = wp.where(share_of_thread >= largest_share[j], first_spring[j], dtype(0.0))
+    first_spring[j] = over_frame(first_spring[j], first_of_frame, THREADS)
 
 
 def collapse_here():
     past_share[j] = largest_share[j]
-    collapse_spring[j] = named_spring[j]
+    collapse_spring[j] = first_spring[j]
     if SPRING:
         for i in range(ROWS):
             change = deformation[i, j] - earlier_deformation[i, j]

@@ -35,7 +35,7 @@ def names(plan):
         from warpdyn.engine.kernels.hinges.floor_matrices import row_product, statements_of
 
         of_thread = plan.floors.rows["output"]
-        count = rows = len(of_thread)
+        count, rows = len(of_thread), max(1, len(of_thread))
         lines = []
         for place, row in enumerate(of_thread):
             target = f"present_output[{place}, j]"
@@ -108,5 +108,5 @@ def restart_recorders():
 
 def finish_rows():
     for m in range(OUTPUTS):
-        if number_of_output < ALL_OUTPUTS if SHARED_FLOORS else True:
+        if number_of_output < ALL_OUTPUTS if SHARED_FLOORS else ONCE:
             output.peak_output[number_of_output, o] = peak_output[m, j]
