@@ -137,7 +137,8 @@ def test_wrong_loads_are_refused():
         ({"Q": {"fx": 1.0}}, "unknown node or diaphragm 'Q'"),
         ({"B": {"fz": 1.0}}, "unknown column 'fz'"),
         ({"floor": {"fy": 1.0}}, "'floor' can only have the horizontal force"),
-        ({"B": {"fx": np.nan, "fy": "a lot"}}, "fy of node 'B' must be a number"),
+        ({"B": {"fy": "a lot"}}, "fy of node 'B' must be a number"),
+        ({"B": {"fx": np.nan}}, "fx of node 'B' .* must be a finite number"),
     ):
         with pytest.raises((ValueError, TypeError), match=message):
             frame.static(loads)
@@ -145,6 +146,7 @@ def test_wrong_loads_are_refused():
         ({"beem": {"qy": 1.0}}, "did you mean 'beam'"),
         ({"beam": {"q": 1.0}}, "unknown key 'q'"),
         ({"beam": {"py": 1.0}}, "has no place: give at="),
+        ({"beam": {"qy": np.nan}}, "qy of 'beam' .* must be a finite number"),
         ({"beam": {"py": 1.0, "at": 7.0}}, "outside its length of 6 m"),
         ([1], "member_loads must be a dictionary"),
     ):
@@ -385,3 +387,13 @@ def test_frames_in_si_units_and_dimensionless_frames_are_not_warned_of():
     for row in dimensionless["sections"].values():
         row["elastic_modulus"] = 1.0
     wd.Frame(**dimensionless)
+
+
+def test_nan_is_missing_only_in_an_empty_cell_of_a_table():
+    columns = beam(start="A", end="B", section="c")["beam"]
+    members = {"left": columns, "right": columns | {"start": "D", "end": "C"}} | beam(spring_start=np.nan)
+    with pytest.raises(ValueError, match=r"spring_start of member 'beam' .* must be a finite number of at least 0"):
+        wd.Frame(**changed(members=members))
+    frame = wd.Frame(**arguments() | {"members": pd.DataFrame.from_dict(members, orient="index")})
+    assert frame.description()["members"].get("beam", {}).get("spring_start", np.inf) == np.inf
+    assert (frame.static({"floor": {"fx": 1e4}})["displacement"] != 0).any()

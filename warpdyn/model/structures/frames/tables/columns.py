@@ -192,8 +192,7 @@ def read_member_loads(given: object, members: Rows) -> list[dict[str, Any]]:
                     f"member_loads: member {name!r} has the unknown key {key!r}{hint}; keys are "
                     f"{', '.join(MEMBER_LOADS)}"
                 )
-            if not (isinstance(value, float) and np.isnan(value)):
-                load[key] = real_number(f"member_loads: {key} of {name!r} [{MEMBER_LOADS[key]}]", value)
+            load[key] = real_number(f"member_loads: {key} of {name!r} [{MEMBER_LOADS[key]}]", value)
         if (load["px"] or load["py"]) and load["at"] is None:
             raise ValueError(
                 f"member_loads: the point load on member {name!r} has no place: give at=, its distance from the "

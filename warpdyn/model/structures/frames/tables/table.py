@@ -66,7 +66,7 @@ def read_table(argument: str, given: object, noun: str, columns: Mapping[str, Co
     Args:
         argument: Name of the argument, for errors.
         given: {name: {column: value}} or {name: [values in the order of the columns]}; a DataFrame, whose index or
-            column `noun` contains the names; or a CSV file with such a column.
+            column `noun` contains the names; or a CSV file with such a column. None and empty cells are missing values.
         noun: Noun for a row, such as "node".
         columns: Name of a column -> its properties.
 
@@ -90,7 +90,7 @@ def read_table(argument: str, given: object, noun: str, columns: Mapping[str, Co
         found[name] = {}
         for key, column in columns.items():
             value = row.get(key)
-            if _is_missing(value):
+            if value is None or value is pd.NA:
                 if column.default is None:
                     units = f" [{column.units}]" if column.units else ""
                     raise ValueError(f"{argument}: {noun} {name!r} has no {key}{units}: give it")
@@ -116,7 +116,7 @@ def _raw_rows(argument: str, given: object, noun: str, columns: Sequence[str]) -
         if hint := separator_hint(given.columns):
             raise ValueError(f"{argument}: the table has the only column {given.columns[0]!r}{hint}")
         table = given.set_index(noun) if noun in given else given
-        return [(str(name), row.to_dict()) for name, row in table.iterrows()]
+        return [(str(name), row.dropna().to_dict()) for name, row in table.iterrows()]  # empty cells
     if not isinstance(given, Mapping):
         raise TypeError(
             f"{argument} must be a dictionary {{name: values}}, a DataFrame or the path of a CSV file, "
@@ -139,10 +139,6 @@ def _raw_rows(argument: str, given: object, noun: str, columns: Sequence[str]) -
                 f"{', '.join(columns)}, got {shortened(row)}"
             )
     return rows
-
-
-def _is_missing(value: object) -> bool:
-    return value is None or value is pd.NA or (isinstance(value, float) and np.isnan(value))
 
 
 def column_of(rows: Rows, column: str) -> np.ndarray:
