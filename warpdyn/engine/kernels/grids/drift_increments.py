@@ -15,7 +15,7 @@ solutions take turns. If they do not end, the sample has no equilibrium: its sta
 order = 5
 
 BORROWS = {
-    "joint_rotations": ("drift_then", "drift_wanted", "drift_now", "turn_then"),
+    "joint_rotations": ("drift_then", "drift_wanted", "drift_now", "turn_then", "solution"),
     "joint_matrix": ("solved", "is_open", "runs"),
     "hinged_members": ("largest_moment", "first_of_frame"),
 }
@@ -24,7 +24,9 @@ MOST_TURN = 0.02  # rad
 MOST_SOLUTIONS_OF_INCREMENT = 6
 SOLUTIONS_OF_SHORTEST, TURN_OF_SOLUTIONS = 132, 22
 PUSH = 0.6  # more than half, so that the moments of elastic hinges do not alternate with growing amplitude
-SHORTEST = 1 / 64  # of the change of the drifts in a step
+# Of the change of the drifts in a step. With 1/64, 0.2 to 0.3 % of the samples of the four-storey frame found no
+# equilibrium and were run again with up to 2^8 times as many steps, which took most of the time of a run on a GPU.
+SHORTEST = 1 / 1024
 MOST_ROTATION = 1e30  # rad; a larger sum of changes, or NaN, ends the search: the sample diverges
 
 FIELDS = {"Output": {"spring_without_equilibrium": "int32[]"}}
@@ -112,8 +114,10 @@ def judge_increment():
         gives_up = seeks and not ends and not is_found
         most_solutions = wp.where(length > shortest, SOLUTIONS_OF_INCREMENT, SOLUTIONS_OF_SHORTEST)
         gives_up = gives_up and (is_far or solutions_tried[j] >= most_solutions)
-        fails = gives_up and length <= shortest
-        accepts[j] = wp.where(goes_on, 1, 0)
+        # In the last solution that is allowed a sample fails, so that the other ones of the thread are accepted.
+        is_last = solution >= MOST_SOLUTIONS - 1
+        fails = (gives_up and length <= shortest) or (seeks and not ends and is_last)
+        accepts[j] = wp.where(goes_on and not fails, 1, 0)
         returns[j] = wp.where(gives_up and not fails, 1, 0)
         failed_spring[j] = wp.where(fails, spring_of_gap[j] + 1, failed_spring[j])
         reached_share[j] = wp.where(goes_on, present_share[j], reached_share[j])

@@ -120,11 +120,20 @@ def follow_lines():
     for j in range(LANES):
         factorises += differing[j]
     slot("judge_increment")
-    place = int(0)
+    accepting = int(0)
+    returning = int(0)
+    for j in range(LANES):
+        accepting += accepts[j]
+        returning += returns[j]
+    place = wp.where(accepting + returning > 0, int(0), listed)
     while place < listed:
         followed = listed_hinge[place] & NOT_NEGATIVE
         i = N + followed
-        slot("accept_line")
+        if accepting > 0:
+            slot("accept_line")
+        if KNOWS_LINES:
+            if returning > 0:
+                slot("take_earlier_line")
         place += 1
     if THREADS > 1:
         yielding_hinges = int(0)
@@ -159,9 +168,10 @@ def follow_line():
             # Between the last rotation with and the first one without strength there may be no equilibrium.
             is_short = present_share[j] - reached_share[j] <= shortest
             breaks = is_short and is_followed[j] > 0 and moment == dtype(0.0) and slope == dtype(0.0)
-            for m in range(M):
-                z[i * M + m, j] = wp.where(breaks, after[m], memory[m])
-            least_rotation[followed, j] = wp.where(breaks, rotation, least_rotation[followed, j])
+            if breaks if THREADS > 1 else ONCE:
+                for m in range(M):
+                    z[i * M + m, j] = wp.where(breaks, after[m], memory[m])
+                least_rotation[followed, j] = wp.where(breaks, rotation, least_rotation[followed, j])
         smallest_slope = least_slope * terms[FIRST_STIFFNESS + i, j]
         slope = wp.where(wp.abs(slope) < smallest_slope, smallest_slope, slope)
         slope = wp.where(pushes[j] > 0, of_push * terms[FIRST_STIFFNESS + i, j], slope)
@@ -213,7 +223,6 @@ def accept_line():
             z[i * M + m, j] = wp.where(is_followed[j] > 0, after[m], memory[m])
     if KNOWS_LINES:
         slot("take_line")
-        slot("take_earlier_line")
     elif HINGE_FAILURE:
         for j in range(LANES):
             is_flat = line_slope[followed, j] <= least_slope * terms[FIRST_STIFFNESS + i, j]

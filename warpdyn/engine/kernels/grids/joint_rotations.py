@@ -16,9 +16,9 @@ order = 5
 BORROWS = {
     "hinged_members": ("largest_moment", "leaving"),
     "joint_matrix": ("solved", "runs", "is_open"),
-    "drift_increments": ("pace", "failed_spring", "accepts", "returns", "present_share", "spring_of_gap"),
+    "drift_increments": ("pace", "failed_spring", "accepts", "returns", "present_share"),
 }
-MOST_SOLUTIONS = 300
+MOST_SOLUTIONS = 1500  # of a step
 # Largest error of a moment, relative to the largest moment of the sample so far.
 TOLERANCE = {"float32": 5e-5, "float64": 1e-9}
 
@@ -41,8 +41,8 @@ def names(plan):
     floors = plan.frame_storeys.count // plan.sections
     return {
         "balance": wp.constant(dtype(TOLERANCE[plan.dtype])),
-        "MOST_SOLUTIONS": MOST_SOLUTIONS,
         "storey_row": wp.types.matrix(shape=(floors, plan.lanes), dtype=dtype),
+        "MOST_SOLUTIONS": MOST_SOLUTIONS,
         "any_in_warp": any_in_warp,
         "any_of_frame": any_of_frame,
     }
@@ -56,6 +56,7 @@ def declare():
     states_found = int(0)
     factorises = int(1)  # whether a line has changed
     open_threads = int(0)
+    solution = int(0)  # number of the present solution in the step
 
 
 def gather_springs():
@@ -85,10 +86,6 @@ def gather_springs():
             seeking = int(0)
             slot("drag_lines")
         solution += 1
-    if seeking > 0:
-        for j in range(LANES):
-            if pace[j] > 0 and failed_spring[j] == 0:
-                failed_spring[j] = spring_of_gap[j] + 1
     for floor in range(FLOORS):
         for j in range(LANES):
             drift_then[floor, j] = drift_wanted[floor, j]
