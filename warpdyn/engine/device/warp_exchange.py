@@ -25,22 +25,23 @@ for (int section = 1; section < threads; section++)
 return sum;""")
 
 # The largest value of the threads that share the sample, from thread `first` on, for values that are not negative; the
-# same in each of them, and NaN if one value is NaN. The bits of such numbers are in the order of the numbers.
+# same in each of them, and NaN if one value is NaN. The bits of such numbers are in the order of the numbers. Each round
+# doubles the number of threads whose values a thread has seen. (`__reduce_max_sync` takes one round for each sample.)
 _LARGEST = on_gpu("""
-#if __CUDA_ARCH__ >= 800
-unsigned int mask = (unsigned int)(((1ull << threads) - 1ull) << first);
-return __uint_as_float(__reduce_max_sync(mask, __float_as_uint(value)));
-#else
 unsigned int largest = __float_as_uint(value);
-for (int section = 0; section < threads; section++)
-    largest = max(largest, __shfl_sync(0xffffffff, __float_as_uint(value), first + section));
-return __uint_as_float(largest);
-#endif""")
+int own = (threadIdx.x & 31) - first;
+for (int reach = 1; reach < threads; reach *= 2) {
+    int other = own + reach < threads ? own + reach : own + reach - threads;
+    largest = max(largest, __shfl_sync(0xffffffff, largest, min(first + other, 31)));
+}
+return __uint_as_float(largest);""")
 _LARGEST_OF_DOUBLES = on_gpu("""
 long long largest = __double_as_longlong(value);
-for (int section = 0; section < threads; section++) {
-    long long other = __shfl_sync(0xffffffff, __double_as_longlong(value), first + section);
-    largest = other > largest ? other : largest;
+int own = (threadIdx.x & 31) - first;
+for (int reach = 1; reach < threads; reach *= 2) {
+    int other = own + reach < threads ? own + reach : own + reach - threads;
+    long long seen = __shfl_sync(0xffffffff, largest, min(first + other, 31));
+    largest = seen > largest ? seen : largest;
 }
 return __longlong_as_double(largest);""")
 
