@@ -40,7 +40,7 @@ def wanted(plan):
 
 
 def values_held(plan):
-    return 5 * plan.line_of_thread.hinges
+    return 8 * plan.line_of_thread.hinges
 
 
 def names(plan):
@@ -83,6 +83,10 @@ def declare():
     earlier_intercept = end_rows()
     earlier_least = end_rows()
     earlier_most = end_rows()  # below the least rotation if the hinge has not left its line
+    foreseen_memory = hinge_memories()  # of a hinge outside of its limits: on the line at its last rotation
+    foreseen_least = end_rows()  # limits of this line
+    foreseen_most = end_rows()  # below the least rotation if the line is not known
+    foreseen_side = end_rows()
     renewed = indices()  # hinges with a new line after the state was accepted
     listed_hinge = hinge_list()  # hinges outside of the limits of their lines
 
@@ -92,6 +96,7 @@ def read_spring_row():
         line_slope[i - N, j] = terms[FIRST_STIFFNESS + i, j]
         most_rotation[i - N, j] = -beyond
         earlier_most[i - N, j] = -beyond
+        foreseen_most[i - N, j] = -beyond
 
 
 def follow_lines():
@@ -146,6 +151,7 @@ def follow_lines():
 
 def follow_line():
     leaving_now = int(0)
+    evaluating = int(0)
     for j in range(LANES):
         rotation = deformation[i, j]
         smallest_rotation = least_rotation[followed, j]
@@ -154,16 +160,29 @@ def follow_line():
         is_followed[j] = wp.where(is_within, 0, pace[j])
         leaves_line_now[j] = wp.where(smallest_rotation <= largest_rotation, is_followed[j], 0)
         leaving_now += leaves_line_now[j]
+        if KNOWS_LINES:
+            is_foreseen = rotation >= foreseen_least[followed, j] and rotation <= foreseen_most[followed, j]
+            limit_left = wp.where(rotation > largest_rotation, largest_rotation, smallest_rotation)
+            limit_left = wp.where(leaves_line_now[j] > 0, limit_left, smallest_rotation)
+            jump = wp.where(is_followed[j] > 0, wp.abs(rotation - limit_left), dtype(0.0))
+            largest_jump[j] = larger(largest_jump[j], jump)
+            is_followed[j] = wp.where(is_foreseen and leaves_line_now[j] == 0, 0, is_followed[j])
+        evaluating += is_followed[j]
     if KNOWS_LINES:
         if leaving_now > 0:
             slot("go_to_limit")
+    if evaluating > 0:
+        slot("follow_law")
+
+
+def follow_law():
     for j in range(LANES):
         slot("storey_coefficients")
         slot("accepted_memory")
-        rotation = deformation[i, j]
-        after = mapped_memory(rotation, memory, c) if IS_MAPPING else memory
-        moment = followed_of(rotation, after, c)
-        slope = tangent_of(rotation, dtype(0.0), memory, after, c)
+        rotation_now = deformation[i, j]
+        after = mapped_memory(rotation_now, memory, c) if IS_MAPPING else memory
+        moment = followed_of(rotation_now, after, c)
+        slope = tangent_of(rotation_now, dtype(0.0), memory, after, c)
         if FAILS_SUDDENLY:
             # Between the last rotation with and the first one without strength there may be no equilibrium.
             is_short = present_share[j] - reached_share[j] <= shortest
@@ -171,21 +190,32 @@ def follow_line():
             if breaks if THREADS > 1 else ONCE:
                 for m in range(M):
                     z[i * M + m, j] = wp.where(breaks, after[m], memory[m])
-                least_rotation[followed, j] = wp.where(breaks, rotation, least_rotation[followed, j])
+                least_rotation[followed, j] = wp.where(breaks, rotation_now, least_rotation[followed, j])
         smallest_slope = least_slope * terms[FIRST_STIFFNESS + i, j]
         slope = wp.where(wp.abs(slope) < smallest_slope, smallest_slope, slope)
         slope = wp.where(pushes[j] > 0, of_push * terms[FIRST_STIFFNESS + i, j], slope)
-        gap = wp.abs(moment - (line_slope[followed, j] * rotation + line_intercept[followed, j]))
+        gap = wp.abs(moment - (line_slope[followed, j] * rotation_now + line_intercept[followed, j]))
         changes = is_followed[j] > 0 and not (gap <= balance * largest_moment[j])
         line_slope[followed, j] = wp.where(changes, slope, line_slope[followed, j])
-        line_intercept[followed, j] = wp.where(changes, moment - slope * rotation, line_intercept[followed, j])
+        line_intercept[followed, j] = wp.where(changes, moment - slope * rotation_now, line_intercept[followed, j])
         differing[j] += wp.where(changes, 1, 0)
         gap = wp.where(changes, gap, dtype(0.0))
         spring_of_gap[j] = wp.where(gap > largest_gap[j], number_of_spring, spring_of_gap[j])
         largest_gap[j] = larger(largest_gap[j], gap)
         if KNOWS_LINES:
-            jump = wp.where(is_followed[j] > 0, wp.abs(rotation - least_rotation[followed, j]), dtype(0.0))
-            largest_jump[j] = larger(largest_jump[j], jump)
+            slope_ahead, least_ahead, most_ahead, side_ahead = line_of(rotation_now, after, c)
+            is_ahead = is_followed[j] > 0
+            # Hinges that lose their strength are evaluated in each solution.
+            is_known = wp.abs(slope_ahead - line_slope[followed, j]) <= same_slope * terms[FIRST_STIFFNESS + i, j]
+            is_known = is_known and wp.abs(slope_ahead) >= smallest_slope
+            most_ahead = wp.where(is_known, most_ahead, -beyond)
+            if is_ahead if THREADS > 1 else ONCE:
+                for m in range(M):
+                    ahead_now = foreseen_memory[followed * M + m, j]
+                    foreseen_memory[followed * M + m, j] = wp.where(is_ahead, after[m], ahead_now)
+                foreseen_least[followed, j] = wp.where(is_ahead, least_ahead, foreseen_least[followed, j])
+                foreseen_most[followed, j] = wp.where(is_ahead, most_ahead, foreseen_most[followed, j])
+                foreseen_side[followed, j] = wp.where(is_ahead, side_ahead, foreseen_side[followed, j])
 
 
 def go_to_limit():
@@ -208,17 +238,46 @@ def go_to_limit():
         earlier_most[followed, j] = wp.where(leaves, upper_limit, earlier_most[followed, j])
         least_rotation[followed, j] = wp.where(leaves, limit, lower_limit)
         most_rotation[followed, j] = wp.where(leaves, -beyond, upper_limit)
+        foreseen_most[followed, j] = wp.where(leaves, -beyond, foreseen_most[followed, j])
 
 
 def accept_line():
+    evaluating = int(0)
     for j in range(LANES):
         rotation = deformation[i, j]
         smallest_rotation = least_rotation[followed, j]
         is_within = rotation >= smallest_rotation and rotation <= most_rotation[followed, j]
         is_followed[j] = wp.where(is_within, 0, accepts[j])
+        if KNOWS_LINES:
+            is_foreseen = rotation >= foreseen_least[followed, j] and rotation <= foreseen_most[followed, j]
+            leaves_line_now[j] = wp.where(is_foreseen, is_followed[j], 0)
+            is_followed[j] -= leaves_line_now[j]
+        evaluating += is_followed[j]
+    if KNOWS_LINES:
+        slot("take_foreseen_line")
+    if evaluating > 0:
+        slot("accept_law")
+
+
+def take_foreseen_line():
+    for j in range(LANES):
+        takes = leaves_line_now[j] > 0
+        if takes if THREADS > 1 else ONCE:
+            for m in range(M):
+                z[i * M + m, j] = wp.where(takes, foreseen_memory[followed * M + m, j], z[i * M + m, j])
+            least_rotation[followed, j] = wp.where(takes, foreseen_least[followed, j], least_rotation[followed, j])
+            most_rotation[followed, j] = wp.where(takes, foreseen_most[followed, j], most_rotation[followed, j])
+            side[followed, j] = wp.where(takes, foreseen_side[followed, j], side[followed, j])
+            earlier_most[followed, j] = wp.where(takes, -beyond, earlier_most[followed, j])
+            foreseen_most[followed, j] = wp.where(takes, -beyond, foreseen_most[followed, j])
+
+
+def accept_law():
+    for j in range(LANES):
+        rotation_now = deformation[i, j]
         slot("storey_coefficients")
         slot("accepted_memory")
-        after = mapped_memory(rotation, memory, c) if IS_MAPPING else memory
+        after = mapped_memory(rotation_now, memory, c) if IS_MAPPING else memory
         for m in range(M):
             z[i * M + m, j] = wp.where(is_followed[j] > 0, after[m], memory[m])
     if KNOWS_LINES:
@@ -256,6 +315,7 @@ def take_line():
         most_rotation[followed, j] = wp.where(is_changed, next_most, upper_limit)
         side[followed, j] = wp.where(is_changed, next_side, side[followed, j])
         earlier_most[followed, j] = wp.where(is_changed, -beyond, earlier_most[followed, j])
+        foreseen_most[followed, j] = wp.where(is_changed, -beyond, foreseen_most[followed, j])
         renewed[j] += wp.where(is_new, 1, 0)
 
 
