@@ -85,6 +85,12 @@ OF_GRIDS: dict[str, tuple[str, ...]] = {
         "",
         "i deformation spring_force",
     ),
+    "find_moments_of_half_beams": (
+        "kernel",
+        "Compute the moments of half-beams and the rotations of their hinges.",
+        "",
+        "i deformation spring_force",
+    ),
     "follow_lines": ("kernel", "Evaluate the laws of hinges that left their lines.", "solution", f"{_OF_LAW} seeking"),
     "follow_line": ("kernel", "Evaluate the law of hinge i and take its tangent as line.", "", _OF_LAW),
     "go_to_limit": ("kernel", "Take hinge i to the limit of the line that it leaves.", "", _OF_LAW),

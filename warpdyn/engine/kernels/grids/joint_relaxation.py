@@ -12,6 +12,7 @@ BORROWS = {
     "joint_rotations": ("open_threads", "turn_then", "states_found"),
     "joint_matrix": ("solved", "joint_load", "joint_stiffness", "is_open"),
     "hinged_members": ("largest_moment", "tie", "first_of_frame"),
+    "half_beams": ("stiffness_in_series",),
     "drift_increments": ("pace",),
     "shared_warp": ("lowest", "thread_above", "thread_below"),
 }
@@ -42,7 +43,7 @@ def names(plan):
     dtype = DTYPES[plan.dtype]
     return {
         "most_move": wp.constant(dtype(MOST_MOVE * TOLERANCE[plan.dtype])),
-        "MEMBER_ENDS": 3 * plan.line_of_thread.members,
+        "STIFFNESSES_OF_MEMBERS": 3 * (plan.line_of_thread.members - plan.frame_storeys.half_beams // plan.sections),
         "of_sweep": wp.constant(dtype(OVER_RELAXATION)),
         "MOST_SWEEPS": MOST_SWEEPS,
         "floor_of_joints": wp.types.matrix(shape=(plan.frame_storeys.lines, plan.lanes), dtype=dtype),
@@ -75,8 +76,11 @@ def continue_turns():
 def factorise_joints():
     for j in range(LANES):
         allowed_move[j] = most_move
-        for place in range(MEMBER_ENDS):
+        for place in range(STIFFNESSES_OF_MEMBERS):
             if place % 3 != 1 and tie[place, j] < dtype(0.0):  # a hinge softens
+                allowed_move[j] = balance
+        if HALF_BEAMS:
+            if stiffness_in_series[0, j] < dtype(0.0):
                 allowed_move[j] = balance
     for q in range(LINES):
         beam = 3 * (LINES + q) + 1
