@@ -12,7 +12,6 @@ BORROWS = {
     "joint_rotations": ("open_threads", "turn_then", "states_found"),
     "joint_matrix": ("solved", "joint_load", "joint_stiffness", "is_open"),
     "hinged_members": ("largest_moment", "tie", "first_of_frame"),
-    "half_beams": ("stiffness_in_series",),
     "drift_increments": ("pace",),
     "shared_warp": ("lowest", "thread_above", "thread_below"),
 }
@@ -27,7 +26,7 @@ MOST_MOVE = 3.0
 
 
 def wanted(plan):
-    return plan.frame_storeys is not None and plan.sections > 1
+    return plan.frame_storeys is not None and plan.sections > 1 and plan.frame_storeys.lines > 1
 
 
 def values_held(plan):
@@ -43,7 +42,7 @@ def names(plan):
     dtype = DTYPES[plan.dtype]
     return {
         "most_move": wp.constant(dtype(MOST_MOVE * TOLERANCE[plan.dtype])),
-        "STIFFNESSES_OF_MEMBERS": 3 * (plan.line_of_thread.members - plan.frame_storeys.half_beams // plan.sections),
+        "MEMBER_ENDS": 3 * plan.line_of_thread.members,
         "of_sweep": wp.constant(dtype(OVER_RELAXATION)),
         "MOST_SWEEPS": MOST_SWEEPS,
         "floor_of_joints": wp.types.matrix(shape=(plan.frame_storeys.lines, plan.lanes), dtype=dtype),
@@ -76,11 +75,8 @@ def continue_turns():
 def factorise_joints():
     for j in range(LANES):
         allowed_move[j] = most_move
-        for place in range(STIFFNESSES_OF_MEMBERS):
+        for place in range(MEMBER_ENDS):
             if place % 3 != 1 and tie[place, j] < dtype(0.0):  # a hinge softens
-                allowed_move[j] = balance
-        if HALF_BEAMS:
-            if stiffness_in_series[0, j] < dtype(0.0):
                 allowed_move[j] = balance
     for q in range(LINES):
         beam = 3 * (LINES + q) + 1
