@@ -187,12 +187,12 @@ def braced() -> wd.Frame:
     )
 
 
-def fishbone() -> wd.Frame:
-    """Ten storeys: one column line and a half-beam to a roller at mid-span of each floor."""
+def fishbone(storeys: int = 10) -> wd.Frame:
+    """Ten storeys, or the lowest ones: a column line and a half-beam to a roller at mid-span of each floor."""
     modulus, half, area = 200e9, 3.75, 1.0
-    heights = [4.5] + [3.6] * 9
-    columns = [2.6e-3] * 4 + [2.0e-3] * 3 + [1.4e-3] * 3
-    beams = [2.4e-3] * 4 + [1.9e-3] * 3 + [1.3e-3] * 3
+    heights = ([4.5] + [3.6] * 9)[:storeys]
+    columns = ([2.6e-3] * 4 + [2.0e-3] * 3 + [1.4e-3] * 3)[:storeys]
+    beams = ([2.4e-3] * 4 + [1.9e-3] * 3 + [1.3e-3] * 3)[:storeys]
     y = np.append(0.0, np.cumsum(heights))
     nodes = {"J0": (0.0, 0.0), "L0": (7.5, 0.0)}
     members, diaphragms = {}, {}

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import warp as wp
+from frame_cases import fishbone
 from hinge_cases import reference_model
 
 import warpdyn as wd
@@ -67,6 +68,15 @@ def grid_frame(storeys=2, bays=1, *, base="fixed", hinged_beams=True, law=None, 
 
 def hinged(frame, hinges):
     return wd.HingedFrame(frame, hinges, p_delta=False, damping_matrix=0.2 * np.diag([MASS] * len(frame.diaphragms)))
+
+
+def fish_bone(storeys, law, **more):
+    """Return a fish-bone with hinges at all ends of columns and at half-beams, and P-Delta."""
+    hinges = {}
+    for level in range(1, storeys + 1):
+        hinges[f"C{level}", "start"] = hinges[f"C{level}", "end"] = law | {"yield_force": 2e6}
+        hinges[f"B{level}", "start"] = law | {"yield_force": 1.2e6}
+    return wd.HingedFishbone(fishbone(storeys), hinges, **more)
 
 
 @pytest.fixture(scope="module")
@@ -208,11 +218,16 @@ def test_a_joint_whose_hinges_cannot_carry_its_moment_has_no_equilibrium(side):
 
 
 @pytest.mark.parametrize("device", GPUS)
-@pytest.mark.parametrize("storeys", [2, 3, 5])  # threads without a storey: 0, 2, 2 of each warp
-def test_threads_of_a_gpu_give_the_results_of_a_cpu(storeys, device):
-    base = grid_frame(storeys, 2, law=IMK, brackets=(0.5, 0.4), slab_load=3e4)
+# Threads without a storey: 0, 2, 2, 0, 2 of each warp.
+@pytest.mark.parametrize(("storeys", "has_bays"), [(2, True), (3, True), (5, True), (4, False), (5, False)])
+def test_threads_of_a_gpu_give_the_results_of_a_cpu(storeys, has_bays, device):
     damping = 0.3 * MASS * np.eye(storeys) + 2e4 * (storeys * np.eye(storeys) - 1)  # couples all floors
-    frame = wd.HingedFrame(base.frame, base.hinges, damping_matrix=damping, drift_capacity=0.1)
+    settings = {"damping_matrix": damping, "drift_capacity": 0.1}
+    if has_bays:
+        base = grid_frame(storeys, 2, law=IMK, brackets=(0.5, 0.4), slab_load=3e4)
+        frame = wd.HingedFrame(base.frame, base.hinges, **settings)
+    else:
+        frame = fish_bone(storeys, IMK | dict.fromkeys(CAPACITIES, 1.0), **settings)
     time = 0.01 * np.arange(200)
     shape = np.linspace(0.4, 1.0, storeys)
     push = wd.ForceHistory(3e5 * np.outer(np.sin(5 * time), shape), 0.01, initial_velocity=0.3)
@@ -246,15 +261,27 @@ def test_threads_divide_all_members_hinges_and_values(threads):
 
 
 @pytest.mark.fast
-def test_a_fishbone_has_all_members_hinges_and_values_of_its_column_line():
+@pytest.mark.parametrize("threads", [1, 10])
+def test_a_fishbone_has_all_members_hinges_and_values_of_its_column_line(threads):
     line = reference_model().column_line
     storeys = frame_storeys(line)
     assert (storeys.count, storeys.lines, storeys.half_beams) == (10, 1, 10)
-    assert sorted(storeys.springs_of(0, 1)) == list(range(40))
-    terms = storeys.terms_of(0, 1)
+    own = 10 // threads
+    of_threads = [storeys.springs_of(thread, threads) for thread in range(threads)]
+    assert [spring for springs in of_threads for spring in springs[:own]] == list(range(10))
+    assert sorted(spring for springs in of_threads for spring in springs[own:]) == list(range(10, 40))
+    places = [storeys.terms_of(thread, threads) for thread in range(threads)]
     base = 4 * 10  # the stiffness of the base, which cannot rotate
-    assert set(terms) - {-1} == set(range(line.values)) - {base}
-    assert len(terms) == storeys.of_thread(1).values
+    assert {place for terms in places for place in terms} - {-1} == set(range(line.values)) - {base}
+    layout = storeys.of_thread(threads)
+    assert {len(terms) for terms in places} == {layout.values}
+    # A thread has the values and hinges of its own storeys: four values and three hinges of each.
+    first = layout.first("stiffness")
+    for thread, (springs, terms) in enumerate(zip(of_threads, places, strict=True)):
+        storeys_of_thread = {(spring - 10) // 3 for spring in springs[own:]}
+        assert storeys_of_thread == set(range(thread * own, (thread + 1) * own))
+        assert {place // 4 for place in terms[:first] if place >= 0} == storeys_of_thread
+        assert [place - 41 for place in terms[first:]] == [spring - 10 for spring in springs[own:]]
     assert frame_storeys(replace(line, is_fixed=False)) is None
     assert frame_storeys(replace(line, linear=(10,))) is None
     assert frame_storeys(replace(line, springs=(-1, *line.springs[1:]))) is None

@@ -16,7 +16,6 @@ from warpdyn.engine.kernels.composing.user_recorders import Recorder, users_of
 from warpdyn.engine.kernels.composition import Composed, compose, kernel_of
 from warpdyn.engine.kernels.kernel_cache import THREADS_OF_A_BLOCK, loaded
 from warpdyn.engine.kernels.lumped.division import can_share_frame, divided_storeys, sections_of_storeys
-from warpdyn.engine.kernels.lumped.pattern import ColumnLine
 from warpdyn.engine.kernels.parts import straight_branches
 from warpdyn.engine.kernels.pausing.paused_text import Pausing, pausing
 from warpdyn.engine.kernels.plan import (
@@ -107,7 +106,7 @@ UNROLLED_SPRINGS = 20
 # Loops of frames with several bays. The stages of a method are not unrolled: each contains the search for massless
 # rotations, which would compile in minutes.
 FRAME_UNROLL = 3
-# If the threads of a GPU's warp share such a frame, each has the loops of one storey, which are unrolled.
+# If the threads of a GPU's warp share a frame or a fish-bone, each has the loops of one storey, which are unrolled.
 SHARED_UNROLL = 512
 UNROLLED_SLOPES = 40  # methods that keep all slopes: largest storeys times stages for which loops are unrolled
 # If the GPU's compiler knows the number of threads per block, it uses more registers and waits less: from 3 storeys on
@@ -159,8 +158,7 @@ def _fitted_lumped(plan: Plan, is_gpu: bool) -> Plan:
     """Return the plan of a lumped structure with the number of lanes and the unrolling for a CPU or a GPU."""
     largest = max(plan.dofs, plan.pattern.springs if plan.pattern else 0)
     plan = replace(plan, sections=1, by_storey=False)
-    # On a GPU, the kernel of `column_line.py` computes fish-bone frames.
-    if can_share_frame(plan) and not (is_gpu and isinstance(plan.pattern.line, ColumnLine)):
+    if can_share_frame(plan):
         if is_gpu:
             return replace(plan, lanes=GPU_LANES, max_unroll=SHARED_UNROLL, sections=plan.dofs, by_storey=True)
         lanes = CPU_LANES if plan.dtype == "float32" else CPU_LONG_LANES

@@ -14,8 +14,8 @@ import warp as wp
 from warpdyn.engine.controllers.rules import ControlRules
 from warpdyn.engine.device.processor import FEWEST_LANES, module_options
 from warpdyn.engine.kernels.composing.user_recorders import Recorder, users_of_variables
-from warpdyn.engine.kernels.grids.column_storeys import ColumnStoreys
 from warpdyn.engine.kernels.grids.frame_storeys import FrameStoreys, frame_storeys
+from warpdyn.engine.kernels.hinges.column_storeys import ColumnStoreys
 from warpdyn.engine.kernels.hinges.floor_matrices import FloorMatrices, floor_matrices
 from warpdyn.engine.kernels.hinges.layout import JointFrame
 from warpdyn.engine.kernels.lumped.pattern import ColumnLine, Pattern

@@ -72,6 +72,7 @@ _OF_LAW = "i z memory c spring_force deformation"
 OF_GRIDS: dict[str, tuple[str, ...]] = {
     "pass_down": ("kernel", "Get what the columns of the storey above pass on to the joints of a thread."),
     "exchange_turns": ("kernel", "Get the rotations of the joints below and above the storeys of a thread."),
+    "find_neighbours": ("kernel", "Find the threads of the joints below and above at a distance."),
     "find_drifts": ("kernel", "Find the drifts of the storeys of a thread."),
     "guess_joints": ("kernel", "Prepare the search for rotations of a step."),
     "drag_limits": ("kernel", "Move the limits of yielding hinges to their rotations.", "", "deformation"),
@@ -82,6 +83,12 @@ OF_GRIDS: dict[str, tuple[str, ...]] = {
     "find_moments": (
         "kernel",
         "Compute the moments of all members and the rotations of all hinges.",
+        "",
+        "i deformation spring_force",
+    ),
+    "find_moments_of_half_beams": (
+        "kernel",
+        "Compute the moments of half-beams and the rotations of their hinges.",
         "",
         "i deformation spring_force",
     ),

@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from itertools import pairwise
 
-from warpdyn.engine.kernels.grids.column_storeys import ColumnStoreys, column_storeys
+from warpdyn.engine.kernels.hinges.column_storeys import ColumnStoreys, column_storeys
 from warpdyn.engine.kernels.hinges.layout import VALUES_OF_MEMBER, JointFrame, starts_of
 from warpdyn.engine.kernels.lumped.pattern import ColumnLine
 
@@ -27,7 +27,7 @@ class FrameStoreys:
     line: JointFrame
     joints: tuple[tuple[int, ...], ...]
     members: tuple[tuple[tuple[int, bool], ...], ...]
-    half_beams = 0  # see `column_storeys.py`
+    half_beams = 0  # see `hinges/column_storeys.py`
 
     @property
     def count(self) -> int:

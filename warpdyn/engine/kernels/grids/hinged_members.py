@@ -44,7 +44,7 @@ def names(plan):
     from warpdyn.engine.kernels.plan import DTYPES
 
     storeys, line, first, threads = plan.frame_storeys, plan.line_of_thread, first_value(plan), plan.sections
-    floors, lines, members = storeys.count // threads, storeys.lines, line.members - storeys.half_beams
+    floors, lines, members = storeys.count // threads, storeys.lines, line.members - storeys.half_beams // threads
     terms = [place for thread in range(threads) for place in storeys.terms_of(thread, threads)]
     dtype, lanes = DTYPES[plan.dtype], plan.lanes
     return {
@@ -246,6 +246,7 @@ def find_moments():
             if q < LINES:
                 for j in range(LANES):
                     storey_shear[floor, j] -= terms[FIRST_CHORD_STOREY + floor * LINES + q, j] * moment_of_member[j]
+    slot("find_moments_of_half_beams")
     for floor in range(N):
         for j in range(LANES):
             shear_now = storey_shear[floor, j]

@@ -26,7 +26,7 @@ MOST_MOVE = 3.0
 
 
 def wanted(plan):
-    return plan.frame_storeys is not None and plan.sections > 1
+    return plan.frame_storeys is not None and plan.sections > 1 and plan.frame_storeys.lines > 1
 
 
 def values_held(plan):

@@ -2,10 +2,10 @@
 
 Each hinge is on a straight line of its law: moment = slope x rotation + intercept. With these lines the hinges of a
 member are eliminated in closed form (`hinged_members.py`), so that the rotations of joints are the only unknowns of a
-linear system, which is solved by `joint_band.py` on a CPU and by `joint_relaxation.py` on a GPU. The solution is exact
-if no hinge leaves its line, which is the case in most steps; this is checked for each hinge in each solution. Otherwise
-`hinge_lines.py` evaluates the laws of the hinges that left their lines, and `drift_increments.py` decides how the
-search continues.
+linear system, which is solved by `joint_band.py` on a CPU and by `joint_relaxation.py` (fish-bones:
+`joint_reduction.py`) on a GPU. The solution is exact if no hinge leaves its line, which is the case in most steps; this
+is checked for each hinge in each solution. Otherwise `hinge_lines.py` evaluates the laws of the hinges that left their
+lines, and `drift_increments.py` decides how the search continues.
 
 This file contains the loop. On a GPU each thread of a warp has the members of one storey (`shared_warp.py`) and the
 floor above it (`shared_floors.py`); on a CPU a thread has all storeys.
@@ -109,7 +109,7 @@ def guess_joints():
         runs[j] = pace[j]
         accepts[j] = pace[j]
         returns[j] = 0
-    if THREADS > 1:
+    if JOINT_RELAXATION:
         slot("continue_turns")
     else:
         for joint in range(JOINTS):

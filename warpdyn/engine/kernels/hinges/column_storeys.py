@@ -12,7 +12,7 @@ from warpdyn.engine.kernels.lumped.pattern import PLACES_OF_STOREY, VALUES_OF_ST
 class ColumnStoreys:
     """The storeys of a fish-bone frame with a fixed base and hinges at all ends of columns and at half-beams.
 
-    One thread computes all storeys. Members are the columns from the base to the roof, then the half-beams.
+    Members of a thread are the columns of its storeys from the lowest to the highest, then the half-beams.
 
     Args:
         line: The column line.
@@ -32,43 +32,48 @@ class ColumnStoreys:
         return self.count
 
     def springs_of(self, thread: int, threads: int) -> list[int]:
-        """Return the springs of the thread: all storeys, the hinges of columns, and those of half-beams."""
-        return [*range(self.count), *self._hinges()]
+        """Return the springs of one of the threads: its storeys, the hinges of columns, and those of half-beams."""
+        return [*self._storeys_of(thread, threads), *self._hinges_of(thread, threads)]
 
     def terms_of(self, thread: int, threads: int) -> list[int]:
-        """Return the place of each value of the thread in those of the line; -1 for a value that is 0."""
-        firsts = [VALUES_OF_STOREY * storey for storey in range(self.count)]
+        """Return the place of each value of a thread in those of the line; -1 for a value that is 0."""
+        firsts = [VALUES_OF_STOREY * storey for storey in self._storeys_of(thread, threads)]
         columns = [place for first in firsts for place in (first, first + 1, first)]
         half_beams = [place for first in firsts for place in (first + 2, -1, -1)]
         hinges = VALUES_OF_STOREY * self.count + 1
-        slopes = [hinges + spring - self.count for spring in self._hinges()]
+        slopes = [hinges + spring - self.count for spring in self._hinges_of(thread, threads)]
         return columns + half_beams + [first + 3 for first in firsts] + slopes
 
     def of_thread(self, threads: int) -> JointFrame:
-        """Return the layout of the storeys, with the indices of joints, members and springs."""
-        storeys = range(self.count)
-        support, hinges = 5 * self.count, 3 * self.count
+        """Return the layout of the storeys of one thread, with the indices of its joints, members and springs."""
+        count = self.count // threads
+        storeys = range(count)
+        support, hinges = 5 * count, 3 * count
         ends = [row for storey in storeys for row in (storey - 1 if storey else support, storey)]
-        springs = list(range(self.count, hinges))
+        springs = list(range(count, hinges))
         for storey in storeys:
             ends += [storey, support]
             springs += [hinges + storey, -1]
         return JointFrame(
-            storeys=self.count,
-            free=self.count,
+            storeys=count,
+            free=count,
             first_columns=tuple(storeys),
             joints=tuple(ends),
             springs=tuple(springs),
-            chords=((),) * (2 * self.count),
-            chord_storeys=(*((storey,) for storey in storeys), *((),) * self.count),
-            springs_of_joints=tuple(self.count + 2 * storey + 1 for storey in storeys),
+            chords=((),) * (2 * count),
+            chord_storeys=(*((storey,) for storey in storeys), *((),) * count),
+            springs_of_joints=tuple(count + 2 * storey + 1 for storey in storeys),
         )
 
-    def _hinges(self) -> list[int]:
-        """Return the hinges of columns from the base to the roof, then those of half-beams."""
-        at = PLACES_OF_STOREY
-        columns = [spring for place in range(0, at * self.count, at) for spring in self.line.springs[place : place + 2]]
-        return columns + list(self.line.springs[at - 1 :: at])
+    def _storeys_of(self, thread: int, threads: int) -> range:
+        own = self.count // threads
+        return range(thread * own, (thread + 1) * own)
+
+    def _hinges_of(self, thread: int, threads: int) -> list[int]:
+        """Return the hinges of a thread's columns from the lowest to the highest, then those of its half-beams."""
+        firsts = [PLACES_OF_STOREY * storey for storey in self._storeys_of(thread, threads)]
+        columns = [spring for place in firsts for spring in self.line.springs[place : place + 2]]
+        return columns + [self.line.springs[place + 2] for place in firsts]
 
 
 def column_storeys(line: ColumnLine) -> ColumnStoreys | None:
