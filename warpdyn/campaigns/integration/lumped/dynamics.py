@@ -113,6 +113,9 @@ class LumpedDynamics(Dynamics):
                 # A nominal value of 0, such as that of an eccentricity, is not the value of any drawn structure.
                 between = low + random.uniform(0.1, 0.9, value.shape) * (high - low)
                 rows = [low, high, np.where(value == 0, between, random.uniform(0.9, 1.1, value.shape) * value)]
+            elif name == "mass" and structure.column_line is not None:
+                # Frames with random and with given masses then have one kernel, which compiles slowly.
+                rows = [value, value, random.uniform(0.9, 1.1, value.shape) * value]
             parameters[name] = np.stack([np.broadcast_to(row, value.shape) for row in rows])
         if structure.problem(parameters):  # drawing the structures raises an error that names the value
             parameters = {name: values[2:] for name, values in parameters.items()}
