@@ -97,7 +97,7 @@ def test_no_part_of_a_block_changes_a_bit(sampling, monkeypatch):
 
     whole = prepared()
     monkeypatch.setattr(in_parts, "__defaults__", (7,))
-    monkeypatch.setattr("warpdyn.campaigns.integration.dynamics.STRUCTURES_AT_A_TIME", 7)
+    monkeypatch.setattr("warpdyn.foundations.core.thread_pool.STRUCTURES_AT_A_TIME", 7)
     assert prepared() == whole
 
 

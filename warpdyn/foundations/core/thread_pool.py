@@ -17,6 +17,7 @@ from threadpoolctl import ThreadpoolController
 from warpdyn.foundations.core.interruption import stop_if_asked
 
 STRUCTURES_AT_A_TIME = 2**13  # default number of structures in a part
+LEAST_AT_A_TIME = 2**9  # least number of structures for which another thread is used
 MOST_THREADS = 2**12  # more than the number of cores of any machine
 PATIENCE = 0.1  # [s] between two checks whether a signal has arrived
 
@@ -63,6 +64,11 @@ def in_parts(
             return [task.result() for task in tasks]
         finally:
             pool.shutdown(cancel_futures=True)
+
+
+def shared(structures: int, threads: int) -> int:
+    """Return the number of structures in a part if each thread computes about the same number of structures."""
+    return min(max(-(-structures // threads), LEAST_AT_A_TIME), STRUCTURES_AT_A_TIME)
 
 
 @cache

@@ -67,6 +67,8 @@ def correlation_factor(
         (name, i) for name, spread in random.items() for i in range(spread.variables(structure.length_of(name)))
     ]
     matrix = np.eye(len(variables))
+    if not correlation and not any(spread.storey_correlation for spread in random.values()):
+        return variables, matrix
     for row, (p, i) in enumerate(variables):
         for column, (q, j) in enumerate(variables[:row]):
             value = 1.0 if p == q else correlation.get((p, q), correlation.get((q, p), 0.0))

@@ -28,9 +28,9 @@ from warpdyn.model.structures.builders.torsional_building import TorsionalBuildi
 from warpdyn.model.structures.frames.frame import Frame
 from warpdyn.model.structures.frames.hinged_fishbone import HingedFishbone
 from warpdyn.model.structures.frames.hinges.hinged_frame import HingedFrame
-from warpdyn.model.structures.frames.reduced_frame import Gauge, ReducedFrame
+from warpdyn.model.structures.frames.reduced_frame import ReducedFrame
 from warpdyn.model.structures.lumped.biaxial_spring import BiaxialSpring
-from warpdyn.model.structures.lumped.spring import Spring
+from warpdyn.model.structures.lumped.spring import Gauge, Spring
 from warpdyn.model.structures.lumped.structure import MATRICES, LumpedStructure
 from warpdyn.model.structures.shear_building import LinearSystem, ShearBuilding
 

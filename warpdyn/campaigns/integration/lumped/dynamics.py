@@ -19,11 +19,11 @@ from warpdyn.engine.laws.elastic.parameters import Elastic
 from warpdyn.engine.laws.ibarra_medina_krawinkler import branchless_rules, capped_rules
 from warpdyn.engine.laws.springs import StoreyRules, Variant, number_of_coefficients
 from warpdyn.engine.methods.stability_limits import stable_step_of_eigenvalues, stable_step_of_yielding
-from warpdyn.engine.methods.state_matrices import highest_damping_rate, state_eigenvalues
+from warpdyn.engine.methods.state_matrices import damped_motions, highest_damping_rate
 from warpdyn.engine.methods.table import Method
 from warpdyn.model.ground_motions.excitation import Excitation
 from warpdyn.model.structures.lumped.biaxial_spring import BiaxialSpring
-from warpdyn.model.structures.lumped.matrices import of_springs_only, undamped, without_rounding
+from warpdyn.model.structures.lumped.matrices import of_springs_only, squared_frequencies, undamped, without_rounding
 from warpdyn.model.structures.lumped.structure import LumpedStructure
 
 Variants = tuple[list[Variant], list[Variant]]
@@ -198,16 +198,18 @@ class LumpedDynamics(Dynamics):
     def _vibration(self, parameters: Arrays, method: Method) -> tuple[np.ndarray, ...]:
         structure = self.structure
         mass, elastic = structure.mass_matrices(parameters), structure.stiffness_matrices(parameters)
-        frequency = np.sqrt(undamped(mass, elastic)[0])
+        squared, shapes = undamped(mass, elastic)
+        frequency = np.sqrt(squared)
         rayleigh = structure.rayleigh(parameters, frequency)
         damping = structure.damping_matrices(parameters, rayleigh)
-        eigenvalues = state_eigenvalues(mass, damping, elastic)
-        rate = highest_damping_rate(mass, damping)
+        eigenvalues, rate = damped_motions(mass, damping, elastic, squared, shapes)
         stable = stable_step_of_eigenvalues(method, eigenvalues, frequency[:, -1], rate)
         if not self.forces.is_linear:
             law, of_springs = structure.storey_law, of_springs_only(parameters)
-            tangent = structure.stiffness_matrices(parameters, law.stiffest(of_springs))
-            highest = np.sqrt(undamped(mass, tangent)[0][:, -1])
+            highest, stiffest = frequency[:, -1], law.stiffest(of_springs)
+            if not np.array_equal(stiffest, parameters["stiffness"]):
+                tangent = structure.stiffness_matrices(parameters, stiffest)
+                highest = np.sqrt(np.maximum(squared_frequencies(mass, tangent)[:, -1], 0.0))
             if any(issubclass(each, Contact) for each in law.laws):
                 # The mass that a spring moves if its ends are free, such as m1 m2 / (m1 + m2) between two masses.
                 rows = structure.directions

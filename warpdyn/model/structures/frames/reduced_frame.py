@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from functools import cached_property
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -15,44 +14,20 @@ from warpdyn.foundations.core.frozen_values import FrozenMapping
 from warpdyn.foundations.core.near_misses import did_you_mean
 from warpdyn.model.structures.frames.choices import checked_members, checked_outputs, kept_places
 from warpdyn.model.structures.frames.members.elements import Sections
-from warpdyn.model.structures.frames.members.forces import force_names, force_rows, unit_of
-from warpdyn.model.structures.frames.reduction import (
-    condensation_under_gravity,
-    free_matrices,
-    inner_masses,
-    reduced,
-    shapes_of,
-)
+from warpdyn.model.structures.frames.members.forces import unit_of
+from warpdyn.model.structures.frames.members.reduced_matrices import MEMBER_PARAMETERS, ReducedMatrices
+from warpdyn.model.structures.frames.reduction import free_matrices, inner_masses, reduced, shapes_of
 from warpdyn.model.structures.lumped.matrices import INCIDENCE
-from warpdyn.model.structures.lumped.spring import Spring
-from warpdyn.model.structures.lumped.structure import MOST_DOFS, LumpedStructure
+from warpdyn.model.structures.lumped.spring import Gauge, Spring
+from warpdyn.model.structures.lumped.structure import MOST_DOFS
 
 if TYPE_CHECKING:
     from warpdyn.model.structures.frames.frame import Frame
 
 REDUCTIONS = ("static", "guyan", "craig_bampton")
-MEMBER_PARAMETERS = {  # name -> (units, name in words), in the order of `Sections`
-    "elastic_modulus": ("Pa", "elastic modulus of the member"),
-    "area": ("m2", "cross-sectional area of the member"),
-    "second_moment": ("m4", "second moment of area of the member"),
-}
-MOST_VALUES = 2**23  # of the matrices of the structures that are reduced at once
 
 
-class Gauge(Spring):
-    """A spring without stiffness, whose deformation is a storey drift or the displacement of a degree of freedom."""
-
-    def __init__(self, name: str, direction: Mapping[str, float], capacity: float | None = None) -> None:
-        super().__init__(name, direction, stiffness=1.0, deformation_capacity=capacity)
-        self.stiffness = 0.0
-
-    def description(self) -> dict[str, object]:
-        """Return the gauge as a dictionary, for the JSON of its scene."""
-        said: dict[str, object] = {"name": self.name, "direction": self.direction, "is_gauge": True}
-        return said if self.deformation_capacity is None else said | {"capacity": self.deformation_capacity}
-
-
-class ReducedFrame(LumpedStructure):
+class ReducedFrame(ReducedMatrices):
     """An elastic frame with few degrees of freedom; `Frame.lumped` makes it and describes the arguments."""
 
     can_have_zero_outputs = True  # a force may be 0 only because the nominal sections are equal
@@ -118,18 +93,13 @@ class ReducedFrame(LumpedStructure):
             storey_height=heights or None,
             storey_springs=[gauge.name for gauge in gauges[: len(heights)]] if heights else None,
         )
-        sections = {name: np.array(each) for name, each in zip(MEMBER_PARAMETERS, self._nominal_sections, strict=True)}
+        sections = {name: np.array(each) for name, each in zip(MEMBER_PARAMETERS, self.nominal_sections, strict=True)}
         self.parameters = FrozenMapping({**self.parameters, **sections})
         table = {
             name: Parameter(units, words, low=0.0, low_open=name != "second_moment")
             for name, (units, words) in MEMBER_PARAMETERS.items()
         }
         self.parameter_table = FrozenMapping({**self.parameter_table, **table})
-
-    @property
-    def _nominal_sections(self) -> tuple[np.ndarray, ...]:
-        nominal = self.frame.nominal
-        return nominal.modulus, nominal.area, nominal.inertia
 
     def _modes(self, given: int, mass: np.ndarray) -> int:
         whole_number("modes", given, 0)
@@ -173,54 +143,17 @@ class ReducedFrame(LumpedStructure):
             raise ValueError("drift_capacity needs storeys: give the frame diaphragms=, and keep them in dofs=")
         return [Gauge("first", {names[0]: 1.0}, None)], []
 
-    def _softened(self, stiffness: np.ndarray, geometric: np.ndarray, shapes: np.ndarray) -> np.ndarray:
-        """Return the shapes under gravity: with "static" those of K + K_g, otherwise those of K."""
-        if not self.p_delta or self.reduction != "static":
-            return shapes
-        return condensation_under_gravity(stiffness, geometric, self.kept)
-
     def _named_outputs(
         self, names: Sequence[str], total: np.ndarray, shapes: np.ndarray
     ) -> dict[str, dict[str, float]]:
         """Return the outputs, and note the places of those that are not 0 for all section properties."""
         every, rows = self._rows(total[None], shapes[None], self.frame.nominal)
         random = np.random.default_rng(0)
-        other = Sections(*(each * random.uniform(0.8, 1.2, each.shape) for each in self._nominal_sections))
+        other = Sections(*(each * random.uniform(0.8, 1.2, each.shape) for each in self.nominal_sections))
         changed = self._of_many(other)
         of_changed = self._rows(changed["stiffness"] + changed["geometric"], changed["softened"], other)[1]
         self.output_places = np.flatnonzero(rows[0].any(axis=1) | of_changed[0].any(axis=1))
         return {every[place]: dict(zip(names, rows[0, place].tolist(), strict=True)) for place in self.output_places}
-
-    def _rows(self, total: np.ndarray, shapes: np.ndarray, sections: Sections) -> tuple[tuple[str, ...], np.ndarray]:
-        """Return the names of outputs and their coefficients, shape [structure, output, dof].
-
-        Args:
-            total: Stiffness with the geometric stiffness of P-Delta, shape [structure, free, free].
-            shapes: Displacements per kept degree of freedom, shape [structure, free, dof].
-            sections: Section properties.
-        """
-        frame, count, dofs = self.frame, *shapes.shape[::2]
-        free_names = list(frame.numbering.free_names)
-        names: list[str] = []
-        rows: list[np.ndarray] = []
-        if "drift" in self.output_kinds:
-            for name, (upper, lower, height) in frame.storey_drifts.items():
-                row = shapes[:, free_names.index(upper)]
-                if lower is not None:
-                    row = row - shapes[:, free_names.index(lower)]
-                names.append(name)
-                rows.append(row[:, None] / height)
-        if "base_shear" in self.output_kinds:
-            moved = frame.numbering.is_horizontal[frame.numbering.free].astype(float)
-            names.append("base shear")
-            rows.append((moved @ total)[:, None] @ shapes)
-        if "member_force" in self.output_kinds:
-            names += force_names(self.members_out)
-            bent = frame.bent(sections)
-            softening = frame.local_geometric(frame.gravity, bent[1], sections) if self.p_delta else None
-            rows.append(force_rows(frame, self.members_out, shapes, bent, softening))
-        found = np.concatenate(rows, axis=1) if rows else np.zeros((count, 0, dofs))
-        return tuple(names), found
 
     def dim_of(self, name: str) -> str:
         """Return the dimension of a parameter's values: "dof", "spring" or "member"."""
@@ -272,103 +205,6 @@ class ReducedFrame(LumpedStructure):
         """Return the coordinates `dof`, `spring`, `member` and, if there are outputs, `output`: their names."""
         names = np.array(list(self.frame.members))
         return {**super().numbered(recorders), "member": ("member", names, {"long_name": "member"})}
-
-    def mass_matrices(self, values: Mapping[str, np.ndarray]) -> np.ndarray:
-        """Return the mass matrices [kg]: the nominal matrix, scaled by the masses of the degrees of freedom."""
-        factor = np.sqrt(values["mass"] / self.nominal_mass)
-        return self._parts(values)["mass"] * factor[:, :, None] * factor[:, None, :]
-
-    def load_masses(self, values: Mapping[str, np.ndarray]) -> np.ndarray:
-        """Return symmetric matrices whose product with the influence is the load of the whole frame [kg]."""
-        mass = self.mass_matrices(values)
-        if self.reduction == "static":
-            return mass
-        # L with L i = p: p is the load of all masses, also of eliminated degrees of freedom.
-        factor = np.sqrt(values["mass"] / self.nominal_mass)
-        load = self._parts(values)["load"] * factor**2
-        motion = self.motion[:, 0]
-        square = motion @ motion
-        outer = load[:, :, None] * motion
-        along = (load @ motion)[:, None, None] * np.outer(motion, motion)
-        found: np.ndarray = (outer + np.swapaxes(outer, 1, 2)) / square - along / square**2
-        return found
-
-    def elastic_matrices(self, values: Mapping[str, np.ndarray]) -> np.ndarray:
-        """Return the elastic stiffness without the geometric one [N/m], shape [structure or 1, dof, dof]."""
-        return self._parts(values)["stiffness"]
-
-    def geometric_matrices(self, values: Mapping[str, np.ndarray]) -> np.ndarray:
-        """Return the geometric stiffness that is subtracted [N/m], shape [structure or 1, dof, dof]."""
-        return self._parts(values)["geometric"]
-
-    def output_matrices(self, values: Mapping[str, np.ndarray]) -> np.ndarray:
-        """Return the coefficients of the outputs, shape [structure or 1, output, dof]."""
-        return self._parts(values)["output"]
-
-    @cached_property
-    def _last(self) -> dict[str, Any]:
-        """The section properties that were reduced last, and the result (a cache; not part of the value)."""
-        return {}
-
-    def _parts(self, values: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
-        """Return the reduced matrices of structures with drawn section properties, first dimension structure or 1."""
-        given = [np.atleast_2d(values.get(name, nominal)) for name, nominal in self._sections_by_name.items()]
-        given = [each[:1] if len(each) > 1 and (each == each[:1]).all() else each for each in given]
-        # Several threads draw structures: what one of them reads is one object.
-        last = self._last.get("entry")
-        if last is not None and all(np.array_equal(*pair) for pair in zip(last[0], given, strict=True)):
-            return dict(last[1])
-        count = max(map(len, given))
-        sections = [np.broadcast_to(each, (count, each.shape[1])) for each in given]
-        size = self.frame.numbering.free.size
-        step = max(1, MOST_VALUES // (size * size))
-        parts = [
-            self._reduced(Sections(*(each[first : first + step] for each in sections)))
-            for first in range(0, count, step)
-        ]
-        found = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
-        self._last["entry"] = [each.copy() for each in given], found
-        return dict(found)
-
-    @property
-    def _sections_by_name(self) -> dict[str, np.ndarray]:
-        return dict(zip(MEMBER_PARAMETERS, self._nominal_sections, strict=True))
-
-    def _of_many(self, sections: Sections) -> dict[str, np.ndarray]:
-        """Return the matrices of the free degrees of freedom of some structures, and the shapes of their reduction."""
-        frame, numbering = self.frame, self.frame.numbering
-        stiffness = numbering.assembled_of_many(frame.stiffness_of_members(sections), has_springs=True)
-        mass = numbering.assembled_of_many(frame.mass_of_members(sections))
-        mass = mass + np.diag(frame.lumped_masses[numbering.free])
-        shapes = shapes_of(stiffness, mass, self.kept, self.interface_modes)
-        geometric = np.zeros((1, *stiffness.shape[1:]))
-        if self.p_delta:
-            geometric = numbering.assembled_of_many(frame.geometric_of_members(frame.gravity, sections))
-        softened = self._softened(stiffness, geometric, shapes)
-        return {"stiffness": stiffness, "geometric": geometric, "mass": mass, "shapes": shapes, "softened": softened}
-
-    def _reduced(self, sections: Sections) -> dict[str, np.ndarray]:
-        """Return the reduced matrices of some structures."""
-        whole = self._of_many(sections)
-        stiffness, geometric, mass, shapes, softened = whole.values()
-        moved = self.frame.numbering.is_horizontal[self.frame.numbering.free].astype(float)
-        found = {
-            "stiffness": reduced(stiffness, shapes),
-            "mass": reduced(mass, shapes),
-            "load": np.swapaxes(shapes, 1, 2) @ (mass @ moved)[..., None],
-            "output": self._rows(stiffness + geometric, softened, sections)[1][:, self.output_places],
-            "geometric": np.zeros((len(shapes), *self.nominal_mass.shape * 2)),
-        }
-        found["load"] = found["load"][..., 0]
-        # Fixed-interface modes are decoupled from each other and from the kept displacements.
-        kept, modes = self.kept.size, self.interface_modes
-        if modes:
-            found["stiffness"][:, :kept, kept:] = found["stiffness"][:, kept:, :kept] = 0.0
-            found["stiffness"][:, kept:, kept:] *= np.eye(modes)
-            found["mass"][:, kept:, kept:] = np.eye(modes)
-        if self.p_delta:
-            found["geometric"] = -reduced(geometric, shapes, softened)
-        return found
 
     def chosen(self) -> dict[str, Any]:
         """Return the frame and the choices of its reduction, for the structure's JSON."""

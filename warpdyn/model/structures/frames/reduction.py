@@ -13,6 +13,7 @@ import xarray as xr
 
 from warpdyn.foundations.core.messages import warn_caller
 from warpdyn.model.structures.frames import static
+from warpdyn.model.structures.frames.members.condensation import BUCKLES
 from warpdyn.model.structures.lumped.matrices import undamped
 from warpdyn.model.structures.modal import modal_properties
 
@@ -60,10 +61,7 @@ def condensation_under_gravity(stiffness: np.ndarray, geometric: np.ndarray, kep
     try:
         np.linalg.cholesky(total[..., left, :][..., left])
     except np.linalg.LinAlgError:
-        raise ValueError(
-            "p_delta=True: a part of the frame buckles under gravity between the kept degrees of freedom with these "
-            "sections: reduce the scatter of elastic_modulus and second_moment, or the gravity loads"
-        ) from None
+        raise ValueError(BUCKLES) from None
     return condensation(total, kept)
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -53,7 +54,7 @@ class LumpedMatrices:
     damping: str
     damping_modes: tuple[int, int] | None
 
-    @property
+    @cached_property
     def directions(self) -> np.ndarray:
         """Coefficients of the springs' deformations, shape [spring, dof]."""
         return np.stack([row_of(spring.direction, self.dof_names) for spring in self.springs])
@@ -287,6 +288,17 @@ def undamped(mass: np.ndarray, stiffness: np.ndarray, *, is_clipped: bool = True
     Returns:
         Squared frequencies, [structure, mode]; shapes, [structure, dof, mode].
     """
-    lower = np.linalg.inv(np.linalg.cholesky(mass))
-    squared, vectors = np.linalg.eigh(lower @ stiffness @ lower.transpose(0, 2, 1))
+    lower, scaled = _scaled(mass, stiffness)
+    squared, vectors = np.linalg.eigh(scaled)
     return np.maximum(squared, 0.0) if is_clipped else squared, lower.transpose(0, 2, 1) @ vectors
+
+
+def squared_frequencies(mass: np.ndarray, stiffness: np.ndarray) -> np.ndarray:
+    """Return squared circular frequencies [rad2/s2], increasing, which may be negative, shape [structure, mode]."""
+    return np.linalg.eigvalsh(_scaled(mass, stiffness)[1])
+
+
+def _scaled(mass: np.ndarray, stiffness: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the inverse of the lower factor L of M = L L^T, and L^-1 K L^-T, shape [structure, dof, dof]."""
+    lower = np.linalg.inv(np.linalg.cholesky(mass))
+    return lower, lower @ stiffness @ lower.transpose(0, 2, 1)

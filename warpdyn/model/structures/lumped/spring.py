@@ -102,6 +102,19 @@ class Spring:
         return f"Spring({self.name!r}, {self.direction}, law={self.law.name!r}{stiffness})"
 
 
+class Gauge(Spring):
+    """A spring without stiffness, whose deformation is a storey drift or the displacement of a degree of freedom."""
+
+    def __init__(self, name: str, direction: Mapping[str, float], capacity: float | None = None) -> None:
+        super().__init__(name, direction, stiffness=1.0, deformation_capacity=capacity)
+        self.stiffness = 0.0
+
+    def description(self) -> dict[str, object]:
+        """Return the gauge as a dictionary, for the JSON of its scene."""
+        said: dict[str, object] = {"name": self.name, "direction": self.direction, "is_gauge": True}
+        return said if self.deformation_capacity is None else said | {"capacity": self.deformation_capacity}
+
+
 def _law_of(where: str, law: object, parameters: Mapping[str, float]) -> tuple[type[StoreyElement], dict]:
     """Return the class of a spring's law, device or contact, and the parameters of an object."""
     given = law if isinstance(law, type) else type(law)

@@ -30,11 +30,15 @@ from warpdyn.model.structures.frames.hinges.values import (
     ELASTIC_PART,
     FrameValues,
     HingedMembers,
+    Permanent,
+    floors_under_gravity,
     geometric_stiffness,
+    moments_under_gravity,
+    permanent_of,
     values_of,
 )
 from warpdyn.model.structures.frames.members.elements import Sections, beam_stiffness
-from warpdyn.model.structures.frames.reduced_frame import MOST_VALUES
+from warpdyn.model.structures.frames.members.reduced_matrices import AT_A_TIME
 from warpdyn.model.structures.lumped.matrices import StaticSystem
 from warpdyn.model.structures.lumped.spring import Spring
 
@@ -122,7 +126,7 @@ class HingedFrame(HingedStructure):
             damping_modes=damping_modes,
             damping_matrix=damping_matrix,
         )
-        moments = np.abs(self.frame_values.moments[0])
+        moments = np.abs(moments_under_gravity(self.joints, self.hinged_members, self.frame_values, self.permanent))
         rows = {member: row for row, member in enumerate(self.hinged_members.members)}
         of_hinges = np.array([moments[rows[member], end] for member, end in self.places_of_hinges])
         warn_of_gravity_moments(list(self.springs[len(frame.storey_drifts) :]), of_hinges)
@@ -187,7 +191,7 @@ class HingedFrame(HingedStructure):
     def column_line(self) -> JointFrame:
         """The layout of the frame for its kernel."""
         random, storeys = np.random.default_rng(0), len(self.frame.storey_drifts)
-        unequal = (each[None] * random.uniform(0.8, 1.2, each.shape) for each in self._nominal_sections)
+        unequal = (each[None] * random.uniform(0.8, 1.2, each.shape) for each in self.nominal_sections)
         return layout_of(
             self.joints,
             self.hinged_members,
@@ -200,12 +204,26 @@ class HingedFrame(HingedStructure):
     @cached_property
     def frame_values(self) -> FrameValues:
         """The values of the frame with its nominal sections."""
-        return self._values_of(Sections(*(each[None] for each in self._nominal_sections)))
+        return self._values_of(Sections(*(each[None] for each in self.nominal_sections)))
 
     def _values_of(self, sections: Sections) -> FrameValues:
-        return values_of(
-            self.frame, self.joints, self.hinged_members, sections, has_p_delta=self.p_delta, floors=self.kept
-        )
+        return values_of(self.frame, self.joints, self.hinged_members, self.permanent, sections)
+
+    @cached_property
+    def permanent(self) -> Permanent:
+        """Permanent loads and stiffness."""
+        return permanent_of(self.frame, self.joints, self.kept, has_p_delta=self.p_delta)
+
+    def _drifts_under_gravity(self, sections: Sections) -> np.ndarray:
+        """Return the storey drifts under gravity [m], shape [structure, storey]; without loads [1, storey]."""
+        storeys = self.directions[: len(self.frame.storey_drifts)]
+        if not self.column_line.lengths["drift"]:
+            return np.zeros((1, len(storeys)))
+        elastic, under_gravity = self.condensations
+        softening = self._softening_of_floors if under_gravity is None else np.zeros((self.dofs, self.dofs))
+        floors = floors_under_gravity(self.frame, under_gravity or elastic, softening, self.permanent, sections)
+        found: np.ndarray = floors @ storeys.T
+        return found
 
     def values_of_line(self, values: Mapping[str, np.ndarray]) -> np.ndarray:
         """Return the values of the layout, shape [value, structure]; the last are the stiffnesses of the hinges."""
@@ -214,16 +232,11 @@ class HingedFrame(HingedStructure):
         given = [each[:1] if (each == each[:1]).all() else each for each in given]
         most = max(map(len, given))
         sections = [np.broadcast_to(each, (most, each.shape[1])) for each in given]
-        step = max(1, MOST_VALUES // self.frame.numbering.free.size**2)
-        parts = [
-            packed(
-                self.column_line,
-                self.joints,
-                self._values_of(Sections(*(each[first : first + step] for each in sections))),
-                self.softening_of_storeys,
-            )
-            for first in range(0, most, step)
-        ]
+        parts = []
+        for first in range(0, most, AT_A_TIME):
+            part = Sections(*(each[first : first + AT_A_TIME] for each in sections))
+            own, drifts = self._values_of(part), self._drifts_under_gravity(part)
+            parts.append(packed(self.column_line, self.joints, own, drifts, self.softening_of_storeys))
         found = np.concatenate(parts, axis=1)
         of_hinges = np.broadcast_to(values["stiffness"], (count, len(self.springs)))[:, len(self.frame.storey_drifts) :]
         return np.concatenate([np.broadcast_to(found, (len(found), count)), of_hinges.T])

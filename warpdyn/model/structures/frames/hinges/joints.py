@@ -8,6 +8,7 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse.csgraph import connected_components, reverse_cuthill_mckee
 
+from warpdyn.model.structures.frames.members.condensation import coefficients_to_entries
 from warpdyn.model.structures.frames.members.elements import ROTATIONS
 
 if TYPE_CHECKING:
@@ -32,12 +33,15 @@ class Joints(NamedTuple):
             elongation [m], shape [member, unknown + storey].
         rotations: Unknowns that are the rotations of the nodes at both ends of these members; the number of unknowns
             for a rotation that is fixed, shape [member, 2].
+        of_members: Stiffness in unknowns and drifts per coefficient of all members, see `stiffness_coefficients`, shape
+            [(unknown + storey) squared, member times 4].
     """
 
     places: np.ndarray
     to_free: np.ndarray
     chords: np.ndarray
     rotations: np.ndarray
+    of_members: sparse.csr_array
 
 
 def joints_of(frame: Frame, kept: np.ndarray, members: list[int], is_axial: np.ndarray) -> Joints:
@@ -77,7 +81,10 @@ def joints_of(frame: Frame, kept: np.ndarray, members: list[int], is_axial: np.n
     chords[np.abs(chords) < NEGLIGIBLE * np.abs(chords).max(initial=1.0)] = 0.0
     order = np.full(free.size + 1, count)
     order[massless] = np.arange(count)
-    return Joints(massless, to_free, chords, order[moved[:, ROTATIONS]])
+    size = count + len(storeys)
+    entries = np.arange(size * size).reshape(size, size)
+    of_members = coefficients_to_entries(frame.deformations @ to_free, entries)
+    return Joints(massless, to_free, chords, order[moved[:, ROTATIONS]], of_members)
 
 
 def _coupled(frame: Frame) -> np.ndarray:

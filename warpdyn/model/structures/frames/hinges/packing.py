@@ -70,16 +70,19 @@ def _pairs(pattern: np.ndarray) -> tuple[tuple[int, int], ...]:
     return tuple((int(row), int(column)) for row, column in np.argwhere(pattern))
 
 
-def packed(line: JointFrame, joints: Joints, values: FrameValues, softening: np.ndarray) -> np.ndarray:
+def packed(
+    line: JointFrame, joints: Joints, values: FrameValues, drifts: np.ndarray, softening: np.ndarray
+) -> np.ndarray:
     """Return all values but the stiffness of the hinges in the order of the kernel, shape [value, structure].
 
     Args:
         line: Layout.
         joints: Unknowns.
         values: Values of the structures.
+        drifts: Drifts under gravity [m], shape [structure, storey].
         softening: Storey shear of P-Delta per drift [N/m], shape [storey, storey].
     """
-    count, free = len(values.linear), line.free
+    count, free = max(map(len, (*values, drifts))), line.free
     rows = [values.bending[..., [0, 0, 1], [0, 1, 1]].reshape(len(values.bending), -1)]
     if line.has_member_loads:
         rows.append(values.member_loads.reshape(len(values.member_loads), -1))
@@ -96,6 +99,6 @@ def packed(line: JointFrame, joints: Joints, values: FrameValues, softening: np.
     if line.lengths["moment"]:
         of_members = np.abs(values.member_loads).max(axis=(1, 2))[:, None]
         largest = np.maximum(np.abs(values.loads).max(axis=1, keepdims=True), of_members)
-        rows += [values.loads[:, list(line.loads)], values.drifts, values.drifts @ softening]
+        rows += [values.loads[:, list(line.loads)], drifts, drifts @ softening]
         rows.append(LEAST_SHARE * line.storeys * largest)
     return np.concatenate([np.broadcast_to(each, (count, each.shape[-1])).T for each in rows])

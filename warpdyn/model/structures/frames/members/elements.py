@@ -9,7 +9,7 @@ Analysis".
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 
@@ -30,6 +30,10 @@ class Sections:
     modulus: np.ndarray
     area: np.ndarray
     inertia: np.ndarray
+
+    def select(self, members: np.ndarray) -> Sections:
+        """Return the properties of the given members (indices)."""
+        return Sections(*(each[..., members] for each in (self.modulus, self.area, self.inertia)))
 
 
 @dataclass(frozen=True)
@@ -53,6 +57,10 @@ class Geometry:
     end_springs: np.ndarray
     is_bar: np.ndarray
     mass_per_length: np.ndarray
+
+    def select(self, members: np.ndarray) -> Geometry:
+        """Return the properties of the given members (indices)."""
+        return Geometry(*(getattr(self, field.name)[members] for field in fields(self)))
 
 
 def local_axes(start: np.ndarray, end: np.ndarray, offsets: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -97,6 +105,47 @@ def beam_stiffness(geometry: Geometry, sections: Sections) -> np.ndarray:
 def shear_ratio(geometry: Geometry, sections: Sections) -> np.ndarray:
     """Return phi = 12 E I / (G A_s L^2) [1], 0 without shear deformation, shape [..., member]."""
     found: np.ndarray = 12 * sections.inertia * geometry.shear / geometry.length**2
+    return found
+
+
+def stiffness_coefficients(geometry: Geometry, sections: Sections) -> np.ndarray:
+    """Return the stiffness of members between their end springs (Timoshenko), shape [..., member, 4].
+
+    The coefficients are EA / L [N/m], and moments per rotation of the ends relative to the chord [N m/rad]: start by
+    start, start by end, and end by end. In series with springs of the stiffnesses s, the moments of the member's ends,
+    near = (4 + phi) EI / ((1 + phi) L) and far = (2 - phi) EI / ((1 + phi) L), decrease by r = s / (s + near).
+    """
+    length = geometry.length
+    phi = shear_ratio(geometry, sections)
+    near = np.where(geometry.is_bar, 0.0, (4 + phi) * sections.modulus * sections.inertia / ((1 + phi) * length))
+    carried = (2 - phi) / (4 + phi)  # far over near
+    start, end = (_share_of_spring(geometry.end_springs[:, place], near) for place in (0, 1))
+    near = near / (1 - (1 - start) * (1 - end) * carried**2)
+    found = np.empty((*near.shape, 4))
+    found[..., 0] = sections.modulus * sections.area / length
+    found[..., 1] = near * start * (end + (1 - end) * (1 - carried**2))
+    found[..., 2] = near * start * end * carried
+    found[..., 3] = near * end * (start + (1 - start) * (1 - carried**2))
+    return found
+
+
+def _share_of_spring(spring: np.ndarray, near: np.ndarray) -> np.ndarray:
+    """Return s / (s + near): 1 for a rigid connection or a member without bending stiffness, 0 for a hinge."""
+    with np.errstate(invalid="ignore"):
+        return np.where(np.isinf(spring) | (near <= 0), 1.0, spring / (spring + near))
+
+
+def deformations_of(geometry: Geometry) -> np.ndarray:
+    """Return elongation and rotations of both ends relative to the chord, per displacement of the nodes.
+
+    The shape is [member, 3, 6].
+    """
+    local = np.zeros((len(geometry.length), 3, 6))
+    local[:, 0, [0, 3]] = -1.0, 1.0
+    for end, rotation in enumerate(ROTATIONS):
+        local[:, 1 + end, 1], local[:, 1 + end, 4] = 1 / geometry.length, -1 / geometry.length
+        local[:, 1 + end, rotation] = 1.0
+    found: np.ndarray = local @ geometry.to_local
     return found
 
 
@@ -208,7 +257,7 @@ def end_conditions(geometry: Geometry, stiffness: np.ndarray) -> EndConditions:
     rotational = stiffness[..., ROTATIONS, :][..., :, ROTATIONS]
     reference = rotational[..., 0, 0]
     has_springs = ~np.isinf(geometry.end_springs).all(axis=-1) & ~geometry.is_bar
-    has_springs &= (np.atleast_1d(reference) > 0).reshape(-1, len(geometry.length)).all(axis=0)
+    has_springs &= (reference > 0).all(axis=tuple(range(reference.ndim - 1)))
     if not has_springs.any():
         return EndConditions(ends, relief)
     springs = geometry.end_springs[has_springs]

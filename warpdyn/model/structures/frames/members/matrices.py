@@ -13,10 +13,12 @@ from warpdyn.model.structures.frames.members.elements import (
     Geometry,
     Sections,
     beam_stiffness,
+    deformations_of,
     end_conditions,
     geometric_stiffness_of,
     mass_of,
     shear_ratio,
+    stiffness_coefficients,
 )
 from warpdyn.model.structures.frames.members.numbering import Numbering
 from warpdyn.model.structures.frames.tables.columns import DIRECTIONS
@@ -52,16 +54,23 @@ class FrameMatrices:
         found: np.ndarray = to_local.transpose(0, 2, 1) @ local @ to_local
         return found
 
-    def stiffness_of_members(self, sections: Sections, bent: Bent | None = None) -> np.ndarray:
-        """Return the stiffness matrices of members in the displacements of their nodes, shape [..., member, 6, 6].
+    @cached_property
+    def deformations(self) -> np.ndarray:
+        """Deformations of members, see `deformations_of`, per free displacement, shape [member, 3, free]."""
+        of_nodes, numbering = deformations_of(self.geometry), self.numbering
+        found = np.zeros((*of_nodes.shape[:2], len(numbering.names)))
+        places = np.broadcast_to(numbering.of_members[:, None], of_nodes.shape)
+        members, deformations = np.ogrid[: len(found), : found.shape[1]]
+        np.add.at(found, (members[..., None], deformations[..., None], places), of_nodes)
+        return found[..., numbering.free]
 
-        Args:
-            sections: Section properties.
-            bent: Result of `bent` for these sections, if it is known.
-        """
-        stiffness, conditions = bent or self.bent(sections)
-        local = stiffness @ conditions.ends
-        return self.in_nodes((local + np.swapaxes(local, -1, -2)) / 2)
+    def stiffness_of_members(self, sections: Sections) -> np.ndarray:
+        """Return the stiffness matrices of members in the displacements of their nodes, shape [..., member, 6, 6]."""
+        moved = deformations_of(self.geometry)
+        axial, start, both, end = np.moveaxis(stiffness_coefficients(self.geometry, sections), -1, 0)[..., None, None]
+        outer = moved[:, :, None, :, None] * moved[:, None, :, None, :]
+        found: np.ndarray = axial * outer[:, 0, 0] + start * outer[:, 1, 1] + end * outer[:, 2, 2]
+        return found + both * (outer[:, 1, 2] + outer[:, 2, 1])
 
     def geometric_of_members(self, axial: np.ndarray, sections: Sections) -> np.ndarray:
         """Return the geometric stiffness of members; `axial`: tension [N], shape [member].

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from warpdyn.model.structures.lumped.matrices import OF_STRUCTURE, LumpedMatrices, undamped
+from warpdyn.model.structures.lumped.matrices import OF_STRUCTURE, LumpedMatrices, squared_frequencies, undamped
 
 LEAST_OF_STIFFNESS = 1e-13  # least squared frequency of a structure that cannot move freely, over the highest one
 LEAST_OF_MASS = 1e-12  # least eigenvalue of the mass matrix, scaled to a diagonal of ones
@@ -39,12 +39,14 @@ def stiffness_problem(structure: LumpedMatrices, values: Mapping[str, np.ndarray
     whole = {name: np.atleast_2d(each) for name, each in values.items() if name not in OF_STRUCTURE}
     count = max(map(len, whole.values()))
     whole = {name: np.broadcast_to(each, (count, each.shape[1])) for name, each in whole.items()}
-    squared, shape = undamped(structure.mass_matrices(whole), structure.stiffness_matrices(whole), is_clipped=False)
+    mass, stiffness = structure.mass_matrices(whole), structure.stiffness_matrices(whole)
+    squared = squared_frequencies(mass, stiffness)
     free = squared[:, 0] <= LEAST_OF_STIFFNESS * squared[:, -1]
     if not free.any():
         return None
     first = int(free.argmax())
-    motion = shape[first, :, 0] * np.sqrt(np.diag(structure.mass_matrices(whole)[first]))
+    _, shape = undamped(mass[[first]], stiffness[[first]], is_clipped=False)
+    motion = shape[0, :, 0] * np.sqrt(np.diag(mass[first]))
     dof = structure.dof_names[int(np.abs(motion).argmax())]
     cause = " or buckles under the geometric stiffness" if "geometric_stiffness" in structure.matrices else ""
     return (

@@ -1,0 +1,140 @@
+"""Static condensation of the stiffness of many structures with the same frame, one pivot after the other.
+
+Stiffness matrices are sums of fixed matrices of rank one or two, times the coefficients of `stiffness_coefficients`.
+Only their entries that are not 0 are stored; the last dimension of arrays is the structure.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from scipy import sparse
+
+BUCKLES = (
+    "p_delta=True: a part of the frame buckles under gravity between the kept degrees of freedom with these sections: "
+    "reduce the scatter of elastic_modulus and second_moment, or the gravity loads"
+)
+PAIRS = ((0, 0), (1, 1), (1, 2), (2, 2))  # deformations of a member whose product each coefficient multiplies
+
+
+def coefficients_to_entries(deformations: np.ndarray, place: np.ndarray) -> sparse.csr_array:
+    """Return the matrix from the coefficients of all members to entries of the stiffness.
+
+    Args:
+        deformations: Elongation and rotations of both ends relative to the chord of each member per displacement,
+            shape [member, 3, displacement].
+        place: Number of each entry, -1 for entries that are left out, shape [displacement, displacement].
+    """
+    coefficients, targets, values = [], [], []
+    for member, of_member in enumerate(deformations):
+        moved = np.flatnonzero(of_member.any(axis=0))
+        target = place[np.ix_(moved, moved)]
+        for number, (first, second) in enumerate(PAIRS):
+            outer = np.outer(of_member[first, moved], of_member[second, moved])
+            outer = outer if first == second else outer + outer.T
+            taken = (outer != 0) & (target >= 0)
+            coefficients.append(np.full(np.count_nonzero(taken), len(PAIRS) * member + number))
+            targets.append(target[taken])
+            values.append(outer[taken])
+    where = np.concatenate(targets), np.concatenate(coefficients)
+    shape = place.max(initial=-1) + 1, len(PAIRS) * len(deformations)
+    return sparse.coo_array((np.concatenate(values), where), shape).tocsr()
+
+
+class Pivot(NamedTuple):
+    """An elimination: a displacement, those that it changes, and places of entries.
+
+    These are its diagonal, its column, and for each product of two entries of the column the entry that it changes.
+    """
+
+    place: int
+    below: np.ndarray
+    diagonal: int
+    column: np.ndarray
+    first: np.ndarray
+    second: np.ndarray
+    target: np.ndarray
+
+
+class Condensation:
+    """Elimination of all displacements but the kept ones, in an order with few new entries.
+
+    Args:
+        deformations: Deformations of members per displacement, shape [member, 3, displacement].
+        constant: Stiffness that is equal in all structures, such as that of supports, shape [displacement,
+            displacement].
+        kept: Numbers of the kept displacements.
+    """
+
+    def __init__(self, deformations: np.ndarray, constant: np.ndarray, kept: np.ndarray) -> None:
+        pattern = (constant != 0) | np.eye(len(constant), dtype=bool)
+        for of_member in deformations:
+            moved = np.flatnonzero(of_member.any(axis=0))
+            pattern[np.ix_(moved, moved)] = True
+        pattern[np.ix_(kept, kept)] = True
+        order = _eliminated(pattern, kept)  # `pattern` now contains the new entries
+        position = np.empty(len(pattern), int)
+        position[[*order, *kept]] = np.arange(len(pattern))
+        is_lower = position[:, None] >= position
+        place = np.full(pattern.shape, -1)
+        place[pattern & is_lower] = np.arange(np.count_nonzero(pattern & is_lower))
+        self.of_coefficients = coefficients_to_entries(deformations, place)
+        self.constant = np.zeros((place.max() + 1, 1))
+        self.constant[place[place >= 0], 0] = constant[place >= 0]
+        self.kept = kept
+        self.pivots: list[Pivot] = []
+        for pivot in order:
+            below = np.flatnonzero(place[:, pivot] >= 0)
+            below = below[position[below] > position[pivot]]
+            first, second = np.nonzero(place[np.ix_(below, below)] >= 0)
+            column, target = place[below, pivot], place[below[first], below[second]]
+            self.pivots.append(Pivot(pivot, below, place[pivot, pivot], column, first, second, target))
+        of_kept = place[np.ix_(kept, kept)]
+        self.of_kept = np.where(of_kept >= 0, of_kept, of_kept.T)
+
+    def condensed(self, coefficients: np.ndarray) -> np.ndarray:
+        """Return the condensed stiffness of structures, shape [structure, kept, kept].
+
+        Args:
+            coefficients: Result of `stiffness_coefficients`, shape [structure, member, 4].
+
+        Raises:
+            ValueError: If the eliminated displacements are not stable under gravity.
+        """
+        return self.with_loads(coefficients, np.zeros((len(coefficients), 0)))[0]
+
+    def with_loads(self, coefficients: np.ndarray, loads: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return the result of `condensed`, and loads with the same effect on kept displacements, [structure, kept].
+
+        Args:
+            coefficients: As in `condensed`.
+            loads: Loads on all displacements, shape [structure, displacement]; without displacements: no loads.
+        """
+        flat = np.ascontiguousarray(coefficients.reshape(len(coefficients), -1).T)
+        entries, forces = self.of_coefficients @ flat + self.constant, np.array(loads.T)
+        for pivot in self.pivots:
+            diagonal, column = entries[pivot.diagonal], entries[pivot.column]
+            if not (diagonal > 0).all():
+                raise ValueError(BUCKLES)
+            share = column / diagonal
+            entries[pivot.target] -= column[pivot.first] * share[pivot.second]
+            if forces.size:
+                forces[pivot.below] -= share * forces[pivot.place]
+        return entries[self.of_kept].transpose(2, 0, 1), forces[self.kept].T if forces.size else loads
+
+
+def _eliminated(pattern: np.ndarray, kept: np.ndarray) -> list[int]:
+    """Return the other displacements in the order of fewest neighbours, and mark the new entries in the pattern."""
+    left = np.ones(len(pattern), bool)
+    waiting = set(range(len(pattern))) - set(kept.tolist())
+    order = []
+    while waiting:
+        neighbours = (pattern & left).sum(axis=1)
+        pivot = min(waiting, key=lambda each: (neighbours[each], each))
+        waiting.remove(pivot)
+        order.append(pivot)
+        left[pivot] = False
+        moved = np.flatnonzero(pattern[pivot] & left)
+        pattern[np.ix_(moved, moved)] = True
+    return order
