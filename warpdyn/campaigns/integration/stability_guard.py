@@ -21,6 +21,7 @@ from warpdyn.model.ground_motions.excitation import MOST_STEPS
 # ALWAYS_AFFORDED steps times storeys (0.1 to 1 s for most laws, a few seconds for the slowest): if most of a run fails,
 # it needs another method. A CPU integrates rows of ROW samples, so that one sample takes as long as ROW samples.
 MOST_RERUNS, MOST_COST, ALWAYS_AFFORDED, ROW = 10, 2, 3e7, 16
+MOST_RERUNS_OF_GRIDS = 3  # of frames whose joints are a grid: their kernel divides steps itself
 # A range contains whole structures, which together have at most this many samples, or one structure. It depends only on
 # the scene, so that results do not depend on blocks, regions, devices, or failures outside of the range.
 SAMPLES_OF_A_RANGE = 2**12
@@ -334,7 +335,7 @@ class Reruns:
         charged = self._charge(0, ranges[own], steps, np.searchsorted(own, failed))
         afforded = np.maximum(MOST_COST * charged, ALWAYS_AFFORDED / run.plan.dofs)
         of_failed = run.steps_of(samples[failed])
-        for rerun in range(1, MOST_RERUNS + 1):
+        for rerun in range(1, 1 + (MOST_RERUNS_OF_GRIDS if run.plan.frame_storeys else MOST_RERUNS)):
             if not failed.size:
                 return
             taken = 2**rerun * of_failed
