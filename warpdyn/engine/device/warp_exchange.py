@@ -26,7 +26,7 @@ return sum;""")
 
 # The largest value of the threads that share the sample, from thread `first` on, for values that are not negative; the
 # same in each of them, and NaN if one value is NaN. The bits of such numbers are in the order of the numbers. Each
-# round doubles the number of threads whose values a thread has seen. (`__reduce_max_sync` takes a round per sample.)
+# round doubles the number of threads whose values a thread has seen. (`__reduce_max_sync` takes one for each sample.)
 _LARGEST = on_gpu("""
 unsigned int largest = __float_as_uint(value);
 int own = (threadIdx.x & 31) - first;

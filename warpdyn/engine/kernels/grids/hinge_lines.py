@@ -182,7 +182,11 @@ def follow_law():
         rotation_now = deformation[i, j]
         after = mapped_memory(rotation_now, memory, c) if IS_MAPPING else memory
         moment = followed_of(rotation_now, after, c)
-        slope = tangent_of(rotation_now, dtype(0.0), memory, after, c)
+        if KNOWS_LINES:
+            slope_ahead, least_ahead, most_ahead, side_ahead = line_of(rotation_now, after, c)
+            slope = slope_ahead
+        else:
+            slope = tangent_of(rotation_now, dtype(0.0), memory, after, c)
         if FAILS_SUDDENLY:
             # Between the last rotation with and the first one without strength there may be no equilibrium.
             is_short = present_share[j] - reached_share[j] <= shortest
@@ -203,7 +207,6 @@ def follow_law():
         spring_of_gap[j] = wp.where(gap > largest_gap[j], number_of_spring, spring_of_gap[j])
         largest_gap[j] = larger(largest_gap[j], gap)
         if KNOWS_LINES:
-            slope_ahead, least_ahead, most_ahead, side_ahead = line_of(rotation_now, after, c)
             is_ahead = is_followed[j] > 0
             # Hinges that lose their strength are evaluated in each solution.
             is_known = wp.abs(slope_ahead - line_slope[followed, j]) <= same_slope * terms[FIRST_STIFFNESS + i, j]
