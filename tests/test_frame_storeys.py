@@ -210,6 +210,8 @@ def test_a_joint_whose_hinges_cannot_carry_its_moment_has_no_equilibrium(side):
     assert found["status"].attrs["flag_meanings"].split()[4] == "not_converged"
     hinge = found["spring"].values.tolist().index(" ".join(column))
     np.testing.assert_array_equal(found["spring_without_equilibrium"], np.where(loses, hinge, -1))
+    # They were run again three times, each time with twice as many steps.
+    np.testing.assert_allclose(found["integration_step"], np.where(loses, 0.0025 / 8, 0.0025), rtol=1e-6)
     # The samples beside them, in the same thread, keep their bits.
     alone = run(LOST, scales[:2])
     for name in PEAKS:
@@ -291,6 +293,15 @@ def test_a_fishbone_has_all_members_hinges_and_values_of_its_column_line(threads
 def test_frames_without_a_grid_of_hinged_members_have_no_storeys():
     assert frame_storeys(grid_frame(2, 1, base="pinned").column_line) is None
     assert frame_storeys(grid_frame(2, 1, hinged_beams=False).column_line) is None
+
+
+@pytest.mark.fast
+def test_frames_with_random_and_with_given_masses_have_one_kernel():
+    motions = wd.Cloud([wd.GroundMotion(np.sin(np.arange(50.0)), 0.01, "sine")])
+    random = {"mass": wd.RandomFactor(wd.Lognormal(1.0, 0.1), per="dof")}
+    given, drawn = (dynamics_of(wd.Scene(grid_frame(3), motions, scatter)) for scatter in ({}, random))
+    # All floors have the same nominal mass.
+    assert given.pattern == drawn.pattern
 
 
 @pytest.mark.fast
