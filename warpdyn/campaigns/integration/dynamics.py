@@ -17,7 +17,7 @@ from warpdyn.model.ground_motions.excitation import Excitation
 from warpdyn.model.structures.structure import Structure
 
 Arrays = dict[str, np.ndarray]
-DOUBLES_AT_A_TIME = 2**20  # number of float64 values in the state matrices that are solved at the same time
+DOUBLES_AT_A_TIME = 2**22  # number of float64 values in the state matrices that are solved at the same time
 
 
 @dataclass(frozen=True, eq=False)
