@@ -17,7 +17,7 @@ from threadpoolctl import ThreadpoolController
 from warpdyn.foundations.core.interruption import stop_if_asked
 
 STRUCTURES_AT_A_TIME = 2**13  # default number of structures in a part
-LEAST_AT_A_TIME = 2**10  # least number of structures for which another thread is used; fewer cost more than they gain
+LEAST_AT_A_TIME = 2**10  # least number of structures for which another thread is used: fewer cost more than they gain
 MOST_THREADS = 2**12  # more than the number of cores of any machine
 PATIENCE = 0.1  # [s] between two checks whether a signal has arrived
 
