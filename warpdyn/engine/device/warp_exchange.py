@@ -25,8 +25,8 @@ for (int section = 1; section < threads; section++)
 return sum;""")
 
 # The largest value of the threads that share the sample, from thread `first` on, for values that are not negative; the
-# same in each of them, and NaN if one value is NaN. The bits of such numbers are in the order of the numbers. After each
-# round a thread knows twice as many values. (`__reduce_max_sync` takes one round for each sample.)
+# same in each of them, and NaN if one value is NaN. The bits of such numbers are in the order of the numbers. After
+# each round a thread knows twice as many values. (`__reduce_max_sync` takes one round for each sample.)
 _LARGEST = on_gpu("""
 unsigned int largest = __float_as_uint(value);
 int own = (threadIdx.x & 31) - first;

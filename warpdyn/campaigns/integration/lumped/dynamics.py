@@ -207,9 +207,11 @@ class LumpedDynamics(Dynamics):
         if not self.forces.is_linear:
             law, of_springs = structure.storey_law, of_springs_only(parameters)
             highest, stiffest = frequency[:, -1], law.stiffest(of_springs)
-            if not np.array_equal(stiffest, parameters["stiffness"]):
+            stiffens = (stiffest != parameters["stiffness"]).any(axis=-1)
+            if stiffens.any():  # the others keep their bits
                 tangent = structure.stiffness_matrices(parameters, stiffest)
-                highest = np.sqrt(np.maximum(squared_frequencies(mass, tangent)[:, -1], 0.0))
+                of_tangent = np.sqrt(np.maximum(squared_frequencies(mass, tangent)[:, -1], 0.0))
+                highest = np.where(stiffens, of_tangent, highest)
             if any(issubclass(each, Contact) for each in law.laws):
                 # The mass that a spring moves if its ends are free, such as m1 m2 / (m1 + m2) between two masses.
                 rows = structure.directions

@@ -40,7 +40,7 @@ def wanted(plan):
 
 
 def values_held(plan):
-    return 8 * plan.line_of_thread.hinges
+    return (12 + 2 * spring_row(plan.law).memory) * plan.line_of_thread.hinges
 
 
 def names(plan):
@@ -211,6 +211,8 @@ def follow_law():
             # Hinges that lose their strength are evaluated in each solution.
             is_known = wp.abs(slope_ahead - line_slope[followed, j]) <= same_slope * terms[FIRST_STIFFNESS + i, j]
             is_known = is_known and wp.abs(slope_ahead) >= smallest_slope
+            # Where the moment changes its sign the rules of a law may change, also if the next solution turns back.
+            is_known = is_known and moment * followed_of(rotation_now, memory, c) >= dtype(0.0)
             most_ahead = wp.where(is_known, most_ahead, -beyond)
             if is_ahead if THREADS > 1 else ONCE:
                 for m in range(M):

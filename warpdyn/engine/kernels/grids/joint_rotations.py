@@ -18,7 +18,8 @@ BORROWS = {
     "joint_matrix": ("solved", "runs", "is_open"),
     "drift_increments": ("pace", "failed_spring", "accepts", "returns", "present_share"),
 }
-MOST_SOLUTIONS = 1500  # of a step
+# Of a step: enough for a few increments of the shortest length, which have up to 132 solutions each.
+MOST_SOLUTIONS = 1500
 # Largest error of a moment, relative to the largest moment of the sample so far.
 TOLERANCE = {"float32": 5e-5, "float64": 1e-9}
 

@@ -99,6 +99,7 @@ def packed(
     if line.lengths["moment"]:
         of_members = np.abs(values.member_loads).max(axis=(1, 2))[:, None]
         largest = np.maximum(np.abs(values.loads).max(axis=1, keepdims=True), of_members)
-        rows += [values.loads[:, list(line.loads)], drifts, drifts @ softening]
+        # One product for each structure, whose bits do not depend on the others.
+        rows += [values.loads[:, list(line.loads)], drifts, (drifts[:, None] @ softening)[:, 0]]
         rows.append(LEAST_SHARE * line.storeys * largest)
     return np.concatenate([np.broadcast_to(each, (count, each.shape[-1])).T for each in rows])
