@@ -7,7 +7,7 @@ from hinged_frame_cases import irregular
 import warpdyn as wd
 from warpdyn.campaigns.integration.lumped.dynamics import LumpedDynamics
 from warpdyn.engine.methods.table import METHODS
-from warpdyn.model.structures.frames.members.condensation import Condensation
+from warpdyn.model.structures.frames.members.condensation import BUCKLES, Condensation
 from warpdyn.model.structures.frames.members.elements import (
     Geometry,
     Sections,
@@ -92,6 +92,8 @@ def test_buckling_between_floors_is_an_error():
     softening = -1e12 * np.eye(free.size)
     coefficients = stiffness_coefficients(frame.geometry, Sections(*random_sections(frame, 2)))
     with pytest.raises(ValueError, match="buckles under gravity between the kept degrees of freedom"):
+        Condensation(frame.deformations, softening, kept, BUCKLES).condensed(coefficients)
+    with pytest.raises(ValueError, match="nearly no stiffness between the kept degrees of freedom"):
         Condensation(frame.deformations, softening, kept).condensed(coefficients)
 
 

@@ -41,7 +41,7 @@ def compared(variant, c):
                 at_limit = along(limit, moment_at_limit, memory, c)
                 after = follow(trial, at_limit, c)
                 moment_of_trial = held(trial, after, c)
-                slope_ahead, least_ahead, most_ahead, side_ahead = line(trial, after, c)
+                slope_ahead, least_ahead, most_ahead, _side = line(trial, after, c)
                 keeps_sign = moment_of_trial * moment_at_limit >= wp.float64(0.0)
                 if least_ahead <= most_ahead and keeps_sign and slope_ahead != wp.float64(0.0):
                     lowest = wp.max(least_ahead, trial - wp.float64(2.0 * TRIAL))

@@ -12,7 +12,7 @@ import numpy as np
 from warpdyn.engine.kernels.lumped.pattern import Pattern
 from warpdyn.engine.laws.springs import StoreyRules
 from warpdyn.engine.methods.table import Method, StoreyForces
-from warpdyn.foundations.core.thread_pool import in_parts, shared
+from warpdyn.foundations.core.thread_pool import in_parts, structures_of_a_part
 from warpdyn.model.ground_motions.excitation import Excitation
 from warpdyn.model.structures.structure import Structure
 
@@ -134,7 +134,7 @@ class Dynamics(ABC):
     def vibration_of(self, drawn: Arrays, method: Method, threads: int = 1) -> Vibration:
         """Return the vibration of structures; periods: initial stiffness, stable steps: largest tangent stiffness."""
         count = len(next(iter(drawn.values()))) if drawn else 1
-        at_a_time = shared(count, threads)
+        at_a_time = structures_of_a_part(count, threads)
         if self.needs_eigenvalues:
             at_a_time = min(at_a_time, max(1, DOUBLES_AT_A_TIME // threads // (2 * self.structure.dofs) ** 2))
 

@@ -10,7 +10,7 @@ from warpdyn.campaigns.integration.dynamics import Arrays
 from warpdyn.campaigns.integration.propagators import pack_linear
 from warpdyn.campaigns.integration.time_grid import Schedule
 from warpdyn.engine.kernels.arguments import check_held
-from warpdyn.foundations.core.thread_pool import in_parts, shared
+from warpdyn.foundations.core.thread_pool import in_parts, structures_of_a_part
 from warpdyn.model.ground_motions.excitation import Assignment
 
 if TYPE_CHECKING:
@@ -43,7 +43,7 @@ def pack_structures(
         return dynamics.pack(values, rayleigh[structures])
 
     count = len(rayleigh)
-    at_a_time = shared(count, threads)
+    at_a_time = structures_of_a_part(count, threads)
     if count <= at_a_time:
         return part(slice(None))
     whole = {name: np.empty((*of_one.shape[:-1], count), plan.dtype) for name, of_one in part(slice(1)).items()}

@@ -12,7 +12,7 @@ from warpdyn.engine.kernels.build import CPU_LANES
 from warpdyn.foundations.core.checks import check_memory
 from warpdyn.foundations.core.messages import amount_of
 from warpdyn.foundations.core.random_numbers import Purpose
-from warpdyn.foundations.core.thread_pool import in_parts, shared
+from warpdyn.foundations.core.thread_pool import in_parts, structures_of_a_part
 from warpdyn.model.scene.correlation import correlation_factor
 from warpdyn.model.scene.scatter import (
     GivenValues,
@@ -131,7 +131,7 @@ class Sampler:
                 drawn[name][part] = values.T
             self._check({name: values[part] for name, values in drawn.items()}, structures[part], is_all)
 
-        in_parts(fill, structures.size, threads, shared(structures.size, threads))
+        in_parts(fill, structures.size, threads, structures_of_a_part(structures.size, threads))
         return drawn
 
     def check_given_and_medians(self) -> None:

@@ -66,7 +66,7 @@ def in_parts(
             pool.shutdown(cancel_futures=True)
 
 
-def shared(structures: int, threads: int) -> int:
+def structures_of_a_part(structures: int, threads: int) -> int:
     """Return the number of structures in a part if each thread computes about the same number of structures."""
     return min(max(-(-structures // threads), LEAST_AT_A_TIME), STRUCTURES_AT_A_TIME)
 

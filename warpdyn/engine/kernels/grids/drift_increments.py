@@ -114,7 +114,7 @@ def judge_increment():
         gives_up = seeks and not ends and not is_found
         most_solutions = wp.where(length > shortest, SOLUTIONS_OF_INCREMENT, SOLUTIONS_OF_SHORTEST)
         gives_up = gives_up and (is_far or solutions_tried[j] >= most_solutions)
-        # In the last solution that is allowed a sample fails, so that the other ones of the thread or warp are accepted.
+        # In the last solution that is allowed a sample fails, so that the others of the thread or warp are accepted.
         is_last = solution >= MOST_SOLUTIONS - 1
         fails = (gives_up and length <= shortest) or (seeks and not ends and is_last)
         accepts[j] = wp.where(goes_on and not fails, 1, 0)

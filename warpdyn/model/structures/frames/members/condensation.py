@@ -15,6 +15,10 @@ BUCKLES = (
     "p_delta=True: a part of the frame buckles under gravity between the kept degrees of freedom with these sections: "
     "reduce the scatter of elastic_modulus and second_moment, or the gravity loads"
 )
+NEARLY_A_MECHANISM = (
+    "a part of the frame has nearly no stiffness between the kept degrees of freedom with these sections: check the "
+    "values of elastic_modulus, area and second_moment (in Pa, m2 and m4) and their scatter"
+)
 PAIRS = ((0, 0), (1, 1), (1, 2), (2, 2))  # deformations of a member whose product each coefficient multiplies
 
 
@@ -65,9 +69,13 @@ class Condensation:
         constant: Stiffness that is equal in all structures, such as that of supports, shape [displacement,
             displacement].
         kept: Numbers of the kept displacements.
+        fault: Message of the error if the other displacements are not stable.
     """
 
-    def __init__(self, deformations: np.ndarray, constant: np.ndarray, kept: np.ndarray) -> None:
+    def __init__(
+        self, deformations: np.ndarray, constant: np.ndarray, kept: np.ndarray, fault: str = NEARLY_A_MECHANISM
+    ) -> None:
+        self.fault = fault
         pattern = (constant != 0) | np.eye(len(constant), dtype=bool)
         for of_member in deformations:
             moved = np.flatnonzero(of_member.any(axis=0))
@@ -100,7 +108,7 @@ class Condensation:
             coefficients: Result of `stiffness_coefficients`, shape [structure, member, 4].
 
         Raises:
-            ValueError: If the eliminated displacements are not stable under gravity.
+            ValueError: If the eliminated displacements are not stable, for example under gravity.
         """
         return self.with_loads(coefficients, np.zeros((len(coefficients), 0)))[0]
 
@@ -116,7 +124,7 @@ class Condensation:
         for pivot in self.pivots:
             diagonal, column = entries[pivot.diagonal], entries[pivot.column]
             if not (diagonal > 0).all():
-                raise ValueError(BUCKLES)
+                raise ValueError(self.fault)
             share = column / diagonal
             entries[pivot.target] -= column[pivot.first] * share[pivot.second]
             if forces.size:

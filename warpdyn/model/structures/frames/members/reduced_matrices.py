@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from warpdyn.model.structures.frames.members.condensation import Condensation
+from warpdyn.model.structures.frames.members.condensation import BUCKLES, Condensation
 from warpdyn.model.structures.frames.members.elements import Sections, stiffness_coefficients
 from warpdyn.model.structures.frames.members.forces import force_names, force_rows
 from warpdyn.model.structures.frames.reduction import condensation_under_gravity, reduced, shapes_of
@@ -92,7 +92,7 @@ class ReducedMatrices(LumpedStructure):
         """Return the reduced matrices that depend on the sections."""
         given = [np.atleast_2d(values.get(name, nominal)) for name, nominal in self._sections_by_name.items()]
         given = [each[:1] if len(each) > 1 and (each == each[:1]).all() else each for each in given]
-        # Several threads draw structures: what one of them reads is one object.
+        # Several threads draw structures: sections and result are replaced together.
         last = self._last.get("entry")
         if last is not None and all(np.array_equal(*pair) for pair in zip(last[0], given, strict=True)):
             return dict(last[1])
@@ -189,7 +189,7 @@ class ReducedMatrices(LumpedStructure):
         elastic = Condensation(frame.deformations, springs, self.kept)
         if "geometric" in self.constant:
             return elastic, None
-        return elastic, Condensation(frame.deformations, springs + self._geometric, self.kept)
+        return elastic, Condensation(frame.deformations, springs + self._geometric, self.kept, BUCKLES)
 
     def _softened(self, stiffness: np.ndarray, geometric: np.ndarray, shapes: np.ndarray) -> np.ndarray:
         """Return the shapes under gravity: with "static" those of K + K_g, otherwise those of K."""
