@@ -38,7 +38,8 @@ def test_values_are_within_their_tolerances(problem: Problem) -> None:
     most = 0.05 * found.tolerances + 1e-11
     assert np.all(np.abs(found.differences - np.array(stored["differences"])) <= most), ADVICE
     size = np.maximum(np.abs(found.independent), 1e-300)
-    assert np.all(np.abs(found.independent - np.array(stored["independent"])) <= 1e-7 * size), ADVICE
+    # The smallest values are errors, differences of displacements that are 1e9 times as large.
+    assert np.all(np.abs(found.independent - np.array(stored["independent"])) <= 1e-5 * size), ADVICE
     assert stored["curves"].keys() == found.curves.keys(), ADVICE
 
 
