@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -187,6 +187,17 @@ class ReducedFrame(ReducedMatrices):
             if each not in known:
                 return f"only= names {each!r}, which is neither a member nor a section{did_you_mean(each, known)}"
         return None
+
+    def problem(self, values: Mapping[str, np.ndarray]) -> str | None:
+        """Return a sentence on a member without stiffness or a wrong value of a LumpedStructure; None if all are right."""
+        for name, nominal in self._sections_by_name.items():
+            given = np.atleast_2d(values.get(name, nominal))
+            wrong = np.argwhere((nominal > 0) & ~(given > 0))
+            if wrong.size:
+                structure, member = wrong[0]
+                of_member = f"{name} of member {list(self.frame.members)[member]!r}"
+                return f"{of_member} must be above 0, got {given[structure, member]:g} in structure {structure}"
+        return super().problem(values)
 
     def scatter_problem(self, name: str, *, is_common_factor: bool) -> str | None:
         """Return why a parameter cannot be random: the stiffness of gauges, and single masses of a reduced frame."""
