@@ -200,17 +200,6 @@ def test_random_frames_that_buckle_under_gravity_are_refused():
         wd.simulate(wd.Scene(structure, motion, scatter), structures=2, device="cpu")
 
 
-def test_random_sections_without_stiffness_are_refused():
-    frame, motion = wd.Frame(**arguments()), wd.GroundMotion(np.sin(np.arange(50.0)), 0.01, "sine")
-    for name, value in (("second_moment", 0.0), ("elastic_modulus", 0.0), ("elastic_modulus", -2e11), ("area", 0.0)):
-        values = np.array([[row[name] for row in (frame.sections["c"], frame.sections["b"], frame.sections["c"])]] * 3)
-        values[2, 1] = value
-        damped = frame.lumped(damping="rayleigh", damping_ratio=0.03)
-        scene = wd.Scene(damped, wd.Cloud([motion]), {name: wd.GivenValues(values)}, tail=0.0)
-        with pytest.raises(ValueError, match=f"{name}.*beam.*"):
-            wd.simulate(scene, structures=3, device="cpu")
-
-
 def test_wrong_reductions_are_refused():
     frame = wd.Frame(**arguments())
     for more, message in (

@@ -189,7 +189,7 @@ class ReducedFrame(ReducedMatrices):
         return None
 
     def problem(self, values: Mapping[str, np.ndarray]) -> str | None:
-        """Return a sentence on a member without stiffness or a wrong value of a LumpedStructure; None if all are right."""
+        """Return a sentence on a member without stiffness or another wrong value; None if all values are right."""
         for name, nominal in self._sections_by_name.items():
             given = np.atleast_2d(values.get(name, nominal))
             wrong = np.argwhere((nominal > 0) & ~(given > 0))
