@@ -57,6 +57,34 @@ def functions_and_types(variant, dtype):
     return spring.return_mapping, held, spring.line, spring.memory_along_line, *types
 
 
+def rules_of(case):
+    """Return the rules of a case's hinge, its coefficients, and its yield moment [N m]."""
+    name, variant, values = CASES[case]
+    law = LAWS[name]
+    named = coefficients(law, values)
+    rules = law.variants[variant] if isinstance(variant, str) else variant
+    return rules, [named[each] for each in rules.coefficients], values["yield_force"]
+
+
+def along_random_paths(walk, c, shares, values):
+    """Return what a kernel finds along random paths of rotations, shape [path, step, value].
+
+    Args:
+        walk: Kernel, which reads rotations, shares and coefficients.
+        c: Vector of coefficients.
+        shares: Shape of the random shares of a step, in [0, 1).
+        values: Number of values of a step.
+    """
+    random = np.random.default_rng(5)
+    turns = np.cumsum(random.normal(0, 0.006, (PATHS, STEPS)) * random.choice([0.2, 1.0, 3.0], (PATHS, 1)), axis=1)
+    turns = 0.12 * np.sin(turns / 0.12)
+    arrays = turns, random.random((PATHS, STEPS, *shares))
+    given = [wp.array(each, dtype=wp.float64, device="cpu") for each in arrays]
+    found = wp.array(np.full((PATHS, STEPS, values), np.nan), dtype=wp.float64, device="cpu")
+    wp.launch(walk, PATHS, [*given, c, found], device="cpu")
+    return found.numpy()
+
+
 def compared(variant, c):
     """Return values along random paths: moments of law and line, whether the line is known, moments one step later.
 
@@ -102,23 +130,13 @@ def compared(variant, c):
             found[path, step, 3] = held(beyond, follow(beyond, after, c), c)
             found[path, step, 4] = held(beyond, follow(beyond, moved, c), c)
 
-    random = np.random.default_rng(5)
-    turns = np.cumsum(random.normal(0, 0.006, (PATHS, STEPS)) * random.choice([0.2, 1.0, 3.0], (PATHS, 1)), axis=1)
-    turns = 0.12 * np.sin(turns / 0.12)
-    given = [wp.array(each, dtype=wp.float64, device="cpu") for each in (turns, random.random((PATHS, STEPS)))]
-    found = wp.array(np.full((PATHS, STEPS, 5), np.nan), dtype=wp.float64, device="cpu")
-    wp.launch(walk, PATHS, [*given, vector(*c), found], device="cpu")
-    return np.moveaxis(found.numpy(), 2, 0)
+    return np.moveaxis(along_random_paths(walk, vector(*c), (), 5), 2, 0)
 
 
 @pytest.mark.parametrize("case", CASES)
 def test_a_line_has_the_moments_of_the_law_between_its_limits(case):
-    name, variant, values = CASES[case]
-    law = LAWS[name]
-    named = coefficients(law, values)
-    rules = law.variants[variant] if isinstance(variant, str) else variant
-    of_law, of_line, is_known, continued, expected = compared(rules, [named[each] for each in rules.coefficients])
-    scale = values["yield_force"]
+    rules, c, scale = rules_of(case)
+    of_law, of_line, is_known, continued, expected = compared(rules, c)
     assert is_known.mean() > 0.6  # a hinge without strength has no line
     np.testing.assert_allclose(of_line, of_law, rtol=0, atol=1e-9 * scale)
     np.testing.assert_allclose(continued, expected, rtol=0, atol=1e-9 * scale)

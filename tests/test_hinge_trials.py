@@ -3,11 +3,9 @@
 import numpy as np
 import pytest
 import warp as wp
-from test_hinge_lines import CASES, coefficients, functions_and_types
+from test_hinge_lines import CASES, along_random_paths, functions_and_types, rules_of
 
-from warpdyn.engine.laws import LAWS
-
-PATHS, STEPS, TRIAL = 64, 400, 0.002  # rad: half of the range of a trial
+TRIAL = 0.002  # rad, largest distance of a trial from the last rotation
 
 
 def compared(variant, c):
@@ -56,24 +54,14 @@ def compared(variant, c):
                     found[path, step, 2] = held(beyond, follow(beyond, evaluated, c), c)
                     found[path, step, 3] = held(beyond, follow(beyond, moved, c), c)
 
-    random = np.random.default_rng(5)
-    turns = np.cumsum(random.normal(0, 0.006, (PATHS, STEPS)) * random.choice([0.2, 1.0, 3.0], (PATHS, 1)), axis=1)
-    turns = 0.12 * np.sin(turns / 0.12)
-    given = [wp.array(each, dtype=wp.float64, device="cpu") for each in (turns, random.random((PATHS, STEPS, 3)))]
-    found = wp.array(np.full((PATHS, STEPS, 4), np.nan), dtype=wp.float64, device="cpu")
-    wp.launch(walk, PATHS, [*given, vector(*c), found], device="cpu")
-    values = found.numpy().reshape(-1, 4)
+    values = along_random_paths(walk, vector(*c), (3,), 4).reshape(-1, 4)
     return values[np.isfinite(values).all(axis=1)].T
 
 
 @pytest.mark.parametrize("case", CASES)
 def test_a_hinge_may_continue_on_the_line_at_the_rotation_of_a_trial(case):
-    name, variant, values = CASES[case]
-    law = LAWS[name]
-    named = coefficients(law, values)
-    rules = law.variants[variant] if isinstance(variant, str) else variant
-    of_law, of_line, continued, expected = compared(rules, [named[each] for each in rules.coefficients])
-    scale = values["yield_force"]
+    rules, c, scale = rules_of(case)
+    of_law, of_line, continued, expected = compared(rules, c)
     assert of_law.size > 1000
     np.testing.assert_allclose(of_line, of_law, rtol=0, atol=1e-9 * scale)
     # With deterioration, the energy is integrated up to the trial and from there on. One interval over the end of a
