@@ -277,7 +277,7 @@ def test_a_fishbone_has_all_members_hinges_and_values_of_its_column_line(threads
     assert {place for terms in places for place in terms} - {-1} == set(range(line.values)) - {base}
     layout = storeys.of_thread(threads)
     assert {len(terms) for terms in places} == {layout.values}
-    # A thread has the values and hinges of its own storeys: four values and three hinges of each.
+    # A thread has the values and hinges of its own storeys: four values and three hinges for each storey.
     first = layout.first("stiffness")
     for thread, (springs, terms) in enumerate(zip(of_threads, places, strict=True)):
         storeys_of_thread = {(spring - 10) // 3 for spring in springs[own:]}

@@ -38,8 +38,9 @@ def test_values_are_within_their_tolerances(problem: Problem) -> None:
     most = 0.05 * found.tolerances + 1e-11
     assert np.all(np.abs(found.differences - np.array(stored["differences"])) <= most), ADVICE
     size = np.maximum(np.abs(found.independent), 1e-300)
-    # The smallest values are errors, differences of displacements that are 1e9 times as large.
-    assert np.all(np.abs(found.independent - np.array(stored["independent"])) <= 1e-5 * size), ADVICE
+    # Values below 1e-3 may be differences of large numbers, such as an error of 2e-5 um of displacements of 1e4 um.
+    close = np.minimum(1e-7 * size + 1e-10, 1e-5 * size)
+    assert np.all(np.abs(found.independent - np.array(stored["independent"])) <= close), ADVICE
     assert stored["curves"].keys() == found.curves.keys(), ADVICE
 
 

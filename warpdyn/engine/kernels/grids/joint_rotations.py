@@ -42,8 +42,8 @@ def names(plan):
     floors = plan.frame_storeys.count // plan.sections
     return {
         "balance": wp.constant(dtype(TOLERANCE[plan.dtype])),
-        "storey_row": wp.types.matrix(shape=(floors, plan.lanes), dtype=dtype),
         "MOST_SOLUTIONS": MOST_SOLUTIONS,
+        "storey_row": wp.types.matrix(shape=(floors, plan.lanes), dtype=dtype),
         "any_in_warp": any_in_warp,
         "any_of_frame": any_of_frame,
     }
