@@ -29,11 +29,13 @@ STEEP = CAPPED | {
     "capping_force_ratio": 1.08,
     "ultimate_drift": 0.0,
 }
+DETERIORATING = branchless_rules.variant(LAWS[IMK].variants[IMK])
 CASES = {
     "bilinear": ("bilinear", "bilinear", {"yield_force": CAPPED["yield_force"], "hardening_ratio": 0.02}),
     "capped": (IMK, capped_rules.variant(), CAPPED),
     "steep": (IMK, capped_rules.variant(), STEEP),
-    "deteriorating": (IMK, branchless_rules.variant(LAWS[IMK].variants[IMK]), CAPPED | dict.fromkeys(NAMES, 1.5)),
+    "deteriorating": (IMK, DETERIORATING, CAPPED | dict.fromkeys(NAMES, 1.5)),
+    "steep, deteriorating": (IMK, DETERIORATING, STEEP | dict.fromkeys(NAMES, 1.5)),
 }
 PATHS, STEPS = 64, 400
 

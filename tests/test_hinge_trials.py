@@ -5,16 +5,19 @@ import pytest
 import warp as wp
 from test_hinge_lines import CASES, along_random_paths, functions_and_types, rules_of
 
+from warpdyn.engine.kernels.grids.hinge_lines import NEAR_ZERO
+
 TRIAL = 0.002  # rad, largest distance of a trial from the last rotation
 
 
-def compared(variant, c):
+def compared(variant, c, scale):
     """Return moments after trials that leave a line: by the law, and on the line at the trial; then one step later.
 
     The second rotation is within the limits of the line at the trial. Lines are used by `grids/hinge_lines.py` if the
-    moment did not change its sign in the trial.
+    moment did not change its sign in the trial, or if the line ended near zero moment.
     """
     follow, held, line, along, vector, memories = functions_and_types(variant, wp.float64)
+    near_zero = wp.constant(wp.float64(NEAR_ZERO * scale))
 
     @wp.kernel
     def walk(
@@ -41,6 +44,7 @@ def compared(variant, c):
                 moment_of_trial = held(trial, after, c)
                 slope_ahead, least_ahead, most_ahead, _side = line(trial, after, c)
                 keeps_sign = moment_of_trial * moment_at_limit >= wp.float64(0.0)
+                keeps_sign = keeps_sign or wp.abs(moment_at_limit) <= near_zero
                 if least_ahead <= most_ahead and keeps_sign and slope_ahead != wp.float64(0.0):
                     lowest = wp.max(least_ahead, trial - wp.float64(2.0 * TRIAL))
                     highest = wp.min(most_ahead, trial + wp.float64(2.0 * TRIAL))
@@ -61,11 +65,11 @@ def compared(variant, c):
 @pytest.mark.parametrize("case", CASES)
 def test_a_hinge_may_continue_on_the_line_at_the_rotation_of_a_trial(case):
     rules, c, scale = rules_of(case)
-    of_law, of_line, continued, expected = compared(rules, c)
+    of_law, of_line, continued, expected = compared(rules, c, scale)
     assert of_law.size > 1000
     np.testing.assert_allclose(of_line, of_law, rtol=0, atol=1e-9 * scale)
     # With deterioration, the energy is integrated up to the trial and from there on. One interval over the end of a
     # line, whose slope changes there, has the error slope x interval^2 / 2 at most: 0.002^2 / 0.005^2 yield energies of
-    # 1.5 / 0.005 yield energies of the capacity.
-    tolerance = 5e-4 if case == "deteriorating" else 1e-9
+    # 1.5 / 0.005 yield energies of the capacity. With 40 times the stiffness this bound is 2e-2; 1.3e-3 occurs.
+    tolerance = {"deteriorating": 5e-4, "steep, deteriorating": 2e-3}.get(case, 1e-9)
     np.testing.assert_allclose(expected, continued, rtol=0, atol=tolerance * scale)

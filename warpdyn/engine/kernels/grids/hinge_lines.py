@@ -31,6 +31,7 @@ BORROWS = {
     ),
     "hinge_failure": ("is_sound",),
 }
+NEAR_ZERO = 2e-4  # share of the largest moment; lines of laws end 1e-4 yield moments before zero, and a little more
 LEAST_SLOPE = 1e-9  # of the initial stiffness of a hinge
 BEYOND = 1e30  # a limit that no rotation reaches
 
@@ -62,6 +63,7 @@ def names(plan):
         "hinge_memories": wp.types.matrix(shape=(max(1, line.hinges * law.memory), plan.lanes), dtype=dtype),
         "hinge_list": wp.types.vector(length=line.hinges, dtype=wp.int32),
         "same_slope": wp.constant(dtype(4 * np.finfo(plan.dtype).eps)),
+        "near_zero": wp.constant(dtype(NEAR_ZERO)),
         "least_slope": wp.constant(dtype(LEAST_SLOPE)),
         "beyond": wp.constant(dtype(BEYOND)),
         **({"line_of": law.line, "memory_along_line": law.memory_along_line} if law.line is not None else {}),
@@ -212,7 +214,11 @@ def follow_law():
             is_known = wp.abs(slope_ahead - line_slope[followed, j]) <= same_slope * terms[FIRST_STIFFNESS + i, j]
             is_known = is_known and wp.abs(slope_ahead) >= smallest_slope
             # Where the moment changes its sign the rules of a law may change, also if the next solution turns back.
-            is_known = is_known and moment * followed_of(rotation_now, memory, c) >= dtype(0.0)
+            # Lines of deteriorating laws end just before zero moment: the trial and the next solution pass it once.
+            left_at = least_rotation[followed, j]
+            moment_at_limit = earlier_slope[followed, j] * left_at + earlier_intercept[followed, j]
+            is_near_zero = wp.abs(moment_at_limit) <= near_zero * largest_moment[j]
+            is_known = is_known and (is_near_zero or moment * moment_at_limit >= dtype(0.0))
             most_ahead = wp.where(is_known, most_ahead, -beyond)
             if is_ahead if THREADS > 1 else ONCE:
                 for m in range(M):
