@@ -106,9 +106,10 @@ class Pretended:
         self.count, self.hurries, self.streams, self.launches, self.pinned = count, hurries, 0, [], []
 
     def Stream(self, device, priority=0):
+        """Return a stream; of those of a queue, the first one makes the copies."""
+        of_a_queue = 1 + 2 * devices.STREAMS_OF_A_BLOCK
         self.streams += 1
-        # The stream that reduces goes first.
-        return Stream(self.hurries and (priority < 0 or self.streams % devices.STREAMS_OF_A_BLOCK != 1))
+        return Stream(self.hurries and self.streams % of_a_queue != 1)
 
     def __getattr__(self, name):
         return getattr(wp, name)
@@ -177,23 +178,15 @@ def current_stream():
 def pretended(request, monkeypatch):
     """Pretend that there are two GPUs."""
     shim = Pretended(2, hurries=request.param == "early")
-    fill = wp.array.fill_
-
-    def fill_(array, value):
-        if current_stream() is None:
-            fill(array, value)
-        else:
-            current_stream().add(lambda: fill(array, value))
-
     monkeypatch.setattr(build, "GPU_UNROLL", 2)  # kernels compile sooner, and what is shown is how they are queued
     monkeypatch.setattr(devices, "WAIT_FOR_GPU", 0.0)  # each look at these does some of their work
     monkeypatch.setattr(devices, "wp", shim)
     monkeypatch.setattr(arguments, "wp", shim)
     monkeypatch.setattr(job, "wp", shim)
     monkeypatch.setattr(reducing, "wp", shim)
-    monkeypatch.setattr(reducing, "loaded", lambda kernel, device="cpu": kernel_cache.loaded(kernel))
+    for module in (devices, reducing):
+        monkeypatch.setattr(module, "loaded", lambda kernel, device="cpu": kernel_cache.loaded(kernel))
     monkeypatch.setattr(kept_queues, "_kept", {})
-    monkeypatch.setattr(wp.array, "fill_", fill_)
     monkeypatch.setattr(devices, "load_kernel", lambda plan, device: build.load_kernel(plan, "cpu"))
     for module in ("integration.settings", "running.blocks", "running.regions.kept_queues"):
         monkeypatch.setattr(f"warpdyn.campaigns.{module}.free_memory", lambda device: 2**34)

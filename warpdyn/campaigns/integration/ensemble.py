@@ -180,6 +180,8 @@ class Ensemble:
         rows: Arrays,
         advance: Callable[[int], object] = lambda done: None,
         arriving: Collection[str] | None = None,
+        *,
+        is_rerun: bool = False,
     ) -> None:
         """Start to integrate all samples; `finish` waits until they are done.
 
@@ -187,13 +189,14 @@ class Ensemble:
             rows: Arrays for all outputs by name, shape [sample, ...].
             advance: Called with the number of samples done since its last call, if the launch waits for the device.
             arriving: Names of the variables that are copied from a GPU to the host; None: all. The GPU keeps all.
+            is_rerun: Whether samples of a block are run again; other blocks on the same GPU then wait for them.
         """
         rows = {name: rows[name] for name in self.model.shapes}
         history = self.queue.upload("History", {}, self.plan.dtype)
         # Queue the uploads first: kernels queued before the uploads would delay them until the GPU is free.
         launches = self.launches()
         output = self.queue.blank(rows, self.plan.dtype)
-        self.queue.launch(launches, [output, history, *whole_run(self.plan)], advance)
+        self.queue.launch(launches, [output, history, *whole_run(self.plan)], advance, is_rerun=is_rerun)
         self.queue.start_reading(output, {name: values.shape for name, values in rows.items()}, arriving)
 
     def finish(self, rows: Arrays, map_function: MapFunction = map) -> None:
@@ -204,7 +207,7 @@ class Ensemble:
         """Integrate the given samples (rows of this ensemble); return all outputs by name, the sample last."""
         part = self.select(chosen)
         rows = self.model.blank_outputs(chosen.size)
-        part.start(rows)
+        part.start(rows, is_rerun=True)
         part.finish(rows)
         return {name: values.T for name, values in rows.items()}
 

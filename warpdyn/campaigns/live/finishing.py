@@ -58,6 +58,8 @@ class Continued(Ensemble):
         rows: Arrays,
         advance: Callable[[int], object] = lambda done: None,
         arriving: Collection[str] | None = None,
+        *,
+        is_rerun: bool = False,
     ) -> None:
         """Copy the known outputs to `rows`, and integrate the samples `again`."""
         for name in self.model.shapes:

@@ -34,6 +34,9 @@ SEALED = (*COMPILED["cpu"], *COMPILED["cuda"], ".meta", ".pch")
 CUDA_DRIVER = "nvcuda.dll" if os.name == "nt" else "libcuda.so.1"
 NO_DRIVER = b"Could not find or load the NVIDIA CUDA driver"  # part of the line that Warp prints if there is no driver
 
+# Streams of a GPU share its queues, by default eight: a short rerun would wait for the histories of other blocks. CUDA
+# reads this number when Warp is initialised, which the first array does.
+os.environ.setdefault("CUDA_DEVICE_MAX_CONNECTIONS", "32")
 _initialising = threading.Lock()
 _headers_checked: set[Path] = set()  # folders of headers that this process has verified
 _loaded: set[tuple[wp.Module, str]] = set()

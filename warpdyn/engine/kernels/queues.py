@@ -2,9 +2,9 @@
 
 import threading
 import time
-from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import AbstractContextManager, contextmanager, nullcontext
+from contextlib import AbstractContextManager, nullcontext
 from functools import partial
 from itertools import cycle
 from typing import Any
@@ -13,8 +13,9 @@ import numpy as np
 import warp as wp
 
 from warpdyn.engine.kernels.arguments import as_field, blank_value, check_held, wrapped
+from warpdyn.engine.kernels.auxiliary.filling import as_words, filling_kernel, word_of
 from warpdyn.engine.kernels.build import load_kernel
-from warpdyn.engine.kernels.kernel_cache import THREADS_OF_A_BLOCK, initialise
+from warpdyn.engine.kernels.kernel_cache import THREADS_OF_A_BLOCK, initialise, loaded
 from warpdyn.engine.kernels.plan import Plan, output_struct, structs
 from warpdyn.engine.kernels.slicing import SLICES_PER_THREAD as SLICES_PER_THREAD, Launch, is_small, slices
 from warpdyn.foundations.core import checks
@@ -29,6 +30,8 @@ WAIT_FOR_GPU = 2e-4  # seconds between checks whether the GPU has finished or Ct
 # Number of blocks (groups of samples) on a GPU at the same time: while the host waits for one block, others use the
 # GPU. A block has one launch for each number of steps per interval; its launches run on STREAMS_OF_A_BLOCK streams.
 BLOCKS_ON_A_GPU, STREAMS_OF_A_BLOCK = 3, 3
+Advance = Callable[[int], object]  # takes the number of samples that have finished since its last call
+URGENT = -1  # priority of streams whose kernels run before all waiting kernels of other streams
 
 
 def checked_devices(device: str | Sequence[str] | None) -> tuple[str, ...]:
@@ -113,7 +116,7 @@ class CpuQueue:
         return instance
 
     def launch(
-        self, launches: list[Launch], arguments: list, advance: Callable[[int], object] = lambda done: None
+        self, launches: list[Launch], arguments: list, advance: Advance = lambda done: None, *, is_rerun: bool = False
     ) -> None:
         """Divide launches into slices, run the slices in threads, and wait until all have finished.
 
@@ -125,6 +128,7 @@ class CpuQueue:
             launches: The launches.
             arguments: Further arguments of the kernels, after the inputs of each launch.
             advance: Function that is called with the number of samples that have finished since its last call.
+            is_rerun: Ignored: on a CPU, launches follow one another.
         """
         # Load the kernels before the threads start; otherwise each thread would compile them.
         kernels = {plan: load_kernel(plan, self.device) for plan in {launch.plan for launch in launches}}
@@ -200,11 +204,10 @@ class CudaQueue:
 
     def __init__(self, device: str, origin: wp.Event) -> None:
         self.device, self.origin = device, origin
+        # Preparations, copies and reruns of a few samples begin before waiting histories of other blocks.
+        self.stream = wp.Stream(device, priority=URGENT)  # makes the copies
         self.streams = [wp.Stream(device) for _ in range(STREAMS_OF_A_BLOCK)]
-        self.stream = self.streams[0]  # this stream makes the copies and the first launch
-        # Its kernels run before those of other streams, so that the preparation of a block does not wait for the
-        # histories of earlier blocks.
-        self.urgent = wp.Stream(device, priority=-1)
+        self.streams_of_reruns = [wp.Stream(device, priority=URGENT) for _ in range(STREAMS_OF_A_BLOCK)]
         self.spans: list[tuple[float, float]] = []
         # Arrays that are used again; key: purpose and dtype (samples that run again may have another dtype).
         self.held: dict[tuple[str, str, Any], wp.array] = {}
@@ -224,19 +227,11 @@ class CudaQueue:
 
     def memory(self, kind: str, name: str, shape: tuple[int, ...], dtype: Any) -> wp.array:
         """Return a GPU array for the present block of samples; its memory is used again for the next block."""
-        before = self.held.get((kind, name, dtype))
-        array = self._array((kind, name), shape, dtype)
-        if self.held[kind, name, dtype] is not before:  # it was allocated in the order of the stream
-            self.urgent.wait_event(self.stream.record_event())
-        return array
+        return self._array((kind, name), shape, dtype)
 
-    @contextmanager
-    def urgently(self) -> Iterator[None]:
-        """Run kernels before those of all blocks in progress; later operations of this queue wait for these kernels."""
-        self.urgent.wait_event(self.stream.record_event())
-        with wp.ScopedStream(self.urgent, sync_enter=False):
-            yield
-        self.stream.wait_event(self.urgent.record_event())
+    def urgently(self) -> AbstractContextManager[object]:
+        """Return a context in which kernels run before those of all blocks in progress."""
+        return wp.ScopedStream(self.stream, sync_enter=False)
 
     def fetch(self, arrays: dict[str, wp.array]) -> Callable[[], dict[str, np.ndarray]]:
         """Queue copies of GPU arrays to the host; return a function that waits for them and returns NumPy arrays."""
@@ -277,22 +272,27 @@ class CudaQueue:
         """Return a struct Output with blank GPU arrays, of the transposed shapes of `into` (last index: sample)."""
         struct = output_struct(dtype, into)
         instance = struct()
-        with wp.ScopedStream(self.stream):
-            for name, values in into.items():
-                array = self._array(("Output", name), values.T.shape, struct.vars[name].type.dtype)
-                array.fill_(blank_value(struct, name))
-                setattr(instance, name, array)
+        kernel = loaded(filling_kernel(), self.device)
+        for name, values in into.items():
+            array = self._array(("Output", name), values.T.shape, struct.vars[name].type.dtype)
+            inputs = [as_words(array), word_of(blank_value(struct, name))]
+            wp.launch(kernel, dim=inputs[0].size, inputs=inputs, stream=self.stream, block_dim=THREADS_OF_A_BLOCK)
+            setattr(instance, name, array)
         return instance
 
     def launch(
-        self, launches: list[Launch], arguments: list, advance: Callable[[int], object] = lambda done: None
+        self, launches: list[Launch], arguments: list, advance: Advance = lambda done: None, *, is_rerun: bool = False
     ) -> None:
-        """Queue kernel launches on several CUDA streams; later operations of this queue wait for them."""
+        """Queue kernel launches on several CUDA streams; later operations of this queue wait for them.
+
+        Arguments: see CpuQueue. `is_rerun`: whether samples of a block are run again, for which the block waits.
+        """
         kernels = {plan: load_kernel(plan, self.device) for plan in {launch.plan for launch in launches}}
+        streams = self.streams_of_reruns if is_rerun else self.streams
         ready = self.stream.record_event()
-        for stream in self.streams[1:]:
+        for stream in streams:
             stream.wait_event(ready)
-        for stream, launch in zip(cycle(self.streams), launches):
+        for stream, launch in zip(cycle(streams), launches):
             start = stream.record_event(wp.Event(self.device, enable_timing=True))
             inputs = [0, *launch.inputs, *arguments]
             plan = launch.plan
