@@ -21,6 +21,9 @@ SHARE_OF_FREE_MEMORY = 0.25
 # and 14 % less time in total.
 CPU_BLOCK, GPU_BLOCK, LEAST_GPU_BLOCK, BLOCKS_PER_GPU = 2**20, 2**17, 2**18, 2
 LARGEST_GPU_BLOCK, WORK_OF_A_GPU_BLOCK = 2**20, 2**33  # work of a block: samples times steps times storeys
+# Samples in a block of frames whose joints are a grid. A few samples are run again several times after each block,
+# which takes about 5 s for any number of them; 2^18 histories of a frame with four storeys take 7 s.
+FRAMES_OF_A_GPU_BLOCK = 2**18
 # If a GPU reduces all samples to statistics, the only loss is Python's time per block, so few blocks are better. But
 # the GPU is idle while the first block is prepared and the last block is collected, so blocks must not be too large: a
 # city of 1.84 million buildings took 5.6 s with 8 blocks (kernels 3.2 s), 5.6 s with 16 (3.5 s) and 5.9 s with 5 (3.1
@@ -81,7 +84,8 @@ def divide(
     if is_gpu and is_reduced:
         most = int(np.clip(samples / BLOCKS_OF_A_REDUCTION, GPU_BLOCK, LARGEST_OF_A_REDUCTION))
     elif is_gpu:
-        most = int(np.clip(WORK_OF_A_GPU_BLOCK / work, GPU_BLOCK, LARGEST_GPU_BLOCK))
+        least = FRAMES_OF_A_GPU_BLOCK if run.model.plan.frame_storeys else GPU_BLOCK
+        most = int(np.clip(WORK_OF_A_GPU_BLOCK / work, least, LARGEST_GPU_BLOCK))
     count = -(-samples // most)
     if is_gpu:
         count = max(count, min(BLOCKS_PER_GPU * len(devices), samples // LEAST_GPU_BLOCK))
