@@ -212,7 +212,7 @@ class LumpedMatrices:
         """Return the damping matrices without dashpots and without the part in proportion to the mass [N s/m]."""
         count, dofs = len(values["mass"]), len(self.dof_names)
         found = np.zeros((count, dofs, dofs)) + self.matrices.get("damping_matrix", 0.0)
-        if "stiffness_matrix" in self.matrices:
+        if "stiffness_matrix" in self.matrices and rayleigh[1].any():
             found = found + rayleigh[1][:, None, None] * self.elastic_matrices(values)
         if self.damping == "modal":
             mass = self.mass_matrices(values)

@@ -158,9 +158,7 @@ def floors_under_gravity(
     equivalent = _to_nodes(frame, loaded)[:, frame.numbering.free]
     loads = permanent.nodal - (sparse.csr_array(equivalent.T) @ own.reshape(len(own), 6 * loaded.size).T).T
     coefficients = stiffness_coefficients(frame.geometry, sections)
-    stiffness, forces = condensation.with_loads(
-        coefficients, np.broadcast_to(loads, (len(coefficients), loads.shape[1]))
-    )
+    stiffness, forces = condensation.with_loads(coefficients, loads)
     found: np.ndarray = np.linalg.solve(stiffness + softening, forces[..., None])[..., 0]
     return found
 

@@ -1,15 +1,18 @@
-"""Static condensation of the stiffness of many structures with the same frame, one pivot after the other.
+"""Static condensation of the stiffness of many structures with the same frame, one displacement after the other.
 
 Stiffness matrices are sums of fixed matrices of rank one or two, times the coefficients of `stiffness_coefficients`.
-Only their entries that are not 0 are stored; the last dimension of arrays is the structure.
+Only their entries that are not 0 are stored. `engine/kernels/auxiliary/elimination.py` contains the kernel.
 """
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy import sparse
+
+if TYPE_CHECKING:
+    from warpdyn.engine.kernels.auxiliary.elimination import Elimination
 
 BUCKLES = (
     "p_delta=True: a part of the frame buckles under gravity between the kept degrees of freedom with these sections: "
@@ -46,21 +49,6 @@ def coefficients_to_entries(deformations: np.ndarray, place: np.ndarray) -> spar
     return sparse.coo_array((np.concatenate(values), where), shape).tocsr()
 
 
-class Pivot(NamedTuple):
-    """An elimination: a displacement, those that it changes, and places of entries.
-
-    These are its diagonal, its column, and for each product of two entries of the column the entry that it changes.
-    """
-
-    place: int
-    below: np.ndarray
-    diagonal: int
-    column: np.ndarray
-    first: np.ndarray
-    second: np.ndarray
-    target: np.ndarray
-
-
 class Condensation:
     """Elimination of all displacements but the kept ones, in an order with few new entries.
 
@@ -87,17 +75,8 @@ class Condensation:
         is_lower = position[:, None] >= position
         place = np.full(pattern.shape, -1)
         place[pattern & is_lower] = np.arange(np.count_nonzero(pattern & is_lower))
-        self.of_coefficients = coefficients_to_entries(deformations, place)
-        self.constant = np.zeros((place.max() + 1, 1))
-        self.constant[place[place >= 0], 0] = constant[place >= 0]
         self.kept = kept
-        self.pivots: list[Pivot] = []
-        for pivot in order:
-            below = np.flatnonzero(place[:, pivot] >= 0)
-            below = below[position[below] > position[pivot]]
-            first, second = np.nonzero(place[np.ix_(below, below)] >= 0)
-            column, target = place[below, pivot], place[below[first], below[second]]
-            self.pivots.append(Pivot(pivot, below, place[pivot, pivot], column, first, second, target))
+        self.elimination = _elimination(order, position, place, constant, coefficients_to_entries(deformations, place))
         of_kept = place[np.ix_(kept, kept)]
         self.of_kept = np.where(of_kept >= 0, of_kept, of_kept.T)
 
@@ -119,17 +98,58 @@ class Condensation:
             coefficients: As in `condensed`.
             loads: Loads on all displacements, shape [structure, displacement]; without displacements: no loads.
         """
-        flat = np.ascontiguousarray(coefficients.reshape(len(coefficients), -1).T)
-        entries, forces = self.of_coefficients @ flat + self.constant, np.array(loads.T)
-        for pivot in self.pivots:
-            diagonal, column = entries[pivot.diagonal], entries[pivot.column]
-            if not (diagonal > 0).all():
-                raise ValueError(self.fault)
-            share = column / diagonal
-            entries[pivot.target] -= column[pivot.first] * share[pivot.second]
-            if forces.size:
-                forces[pivot.below] -= share * forces[pivot.place]
-        return entries[self.of_kept].transpose(2, 0, 1), forces[self.kept].T if forces.size else loads
+        from warpdyn.engine.kernels.auxiliary.elimination import eliminated
+
+        entries, forces, is_stable = eliminated(
+            self.elimination,
+            coefficients.reshape(len(coefficients), -1),
+            np.broadcast_to(loads, (len(coefficients), loads.shape[1])),
+        )
+        if not is_stable.all():
+            raise ValueError(self.fault)
+        return entries[:, self.of_kept], forces[:, self.kept] if forces.size else forces
+
+
+def _elimination(
+    order: list[int], position: np.ndarray, place: np.ndarray, constant: np.ndarray, of_coefficients: sparse.csr_array
+) -> Elimination:
+    """Return the tables of the kernel.
+
+    Args:
+        order: Displacements in the order of their elimination.
+        position: Position of each displacement in this order, the kept ones at the end, shape [displacement].
+        place: Number of each entry, -1 for entries that are left out, shape [displacement, displacement].
+        constant: Stiffness that is equal in all structures, shape [displacement, displacement].
+        of_coefficients: Matrix from coefficients to entries.
+    """
+    from warpdyn.engine.kernels.auxiliary.elimination import Elimination
+
+    fixed = np.zeros(place.max() + 1)
+    fixed[place[place >= 0]] = constant[place >= 0]
+    pivots: list[tuple[int, ...]] = []
+    rows: list[tuple[int, ...]] = []
+    products: list[tuple[int, ...]] = []
+    for pivot in order:
+        pivots.append((place[pivot, pivot], pivot, len(rows), len(products)))
+        below = np.flatnonzero(place[:, pivot] >= 0)
+        below = below[position[below] > position[pivot]]
+        rows += [(place[row, pivot], row) for row in below]
+        products += [
+            (place[row, pivot], place[column, pivot], place[row, column])
+            for row in below
+            for column in below
+            if place[row, column] >= 0
+        ]
+    pivots.append((0, 0, len(rows), len(products)))
+    return Elimination(
+        fixed,
+        of_coefficients.indptr.astype(np.int32),
+        of_coefficients.indices.astype(np.int32),
+        of_coefficients.data,
+        np.array(pivots, dtype=np.int32),
+        np.array(rows, dtype=np.int32).reshape(-1, 2),
+        np.array(products, dtype=np.int32).reshape(-1, 3),
+    )
 
 
 def _eliminated(pattern: np.ndarray, kept: np.ndarray) -> list[int]:

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import threading
+import weakref
 from collections.abc import Mapping
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -22,8 +24,10 @@ MEMBER_PARAMETERS = {  # name -> (units, name in words), in the order of `Sectio
     "area": ("m2", "cross-sectional area of the member"),
     "second_moment": ("m4", "second moment of area of the member"),
 }
-# Structures that are reduced at once, so that their matrices stay in the cache, and most values of these matrices.
+# Structures whose free degrees of freedom are assembled at once, and most values of their matrices.
 AT_A_TIME, MOST_VALUES = 512, 2**23
+# The frame and the section properties that a thread has reduced last, and the result: several matrices need it.
+_last = threading.local()
 
 
 class ReducedMatrices(LumpedStructure):
@@ -78,11 +82,6 @@ class ReducedMatrices(LumpedStructure):
         """Return the coefficients of the outputs, shape [structure or 1, output, dof]."""
         return self._part("output", values)
 
-    @cached_property
-    def _last(self) -> dict[str, Any]:
-        """The section properties that were reduced last, and the result (a cache; not part of the value)."""
-        return {}
-
     def _part(self, name: str, values: Mapping[str, np.ndarray]) -> np.ndarray:
         """Return a reduced matrix of structures with drawn section properties, first dimension structure or 1."""
         found: np.ndarray = self.constant[name] if name in self.constant else self._parts(values)[name]
@@ -92,20 +91,13 @@ class ReducedMatrices(LumpedStructure):
         """Return the reduced matrices that depend on the sections."""
         given = [np.atleast_2d(values.get(name, nominal)) for name, nominal in self._sections_by_name.items()]
         given = [each[:1] if len(each) > 1 and (each == each[:1]).all() else each for each in given]
-        # Several threads draw structures: sections and result are replaced together.
-        last = self._last.get("entry")
-        if last is not None and all(np.array_equal(*pair) for pair in zip(last[0], given, strict=True)):
-            return dict(last[1])
+        frame, sections_then, found = getattr(_last, "reduced", (lambda: None, [], {}))
+        if frame() is self and all(np.array_equal(*pair) for pair in zip(sections_then, given, strict=True)):
+            return dict(found)
         count = max(map(len, given))
-        sections = [np.broadcast_to(each, (count, each.shape[1])) for each in given]
-        size = self.frame.numbering.free.size
-        step = max(1, min(AT_A_TIME, MOST_VALUES // (size * size)))
-        parts = [
-            self._reduced(Sections(*(each[first : first + step] for each in sections)))
-            for first in range(0, count, step)
-        ]
-        found = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
-        self._last["entry"] = [each.copy() for each in given], found
+        sections = Sections(*(np.broadcast_to(each, (count, each.shape[1])) for each in given))
+        found = self._condensed(sections) if self.constant else self._reduced(sections)
+        _last.reduced = weakref.ref(self), [each.copy() for each in given], found
         return dict(found)
 
     @property
@@ -125,15 +117,28 @@ class ReducedMatrices(LumpedStructure):
         softened = self._softened(stiffness, geometric, shapes)
         return {"stiffness": stiffness, "geometric": geometric, "mass": mass, "shapes": shapes, "softened": softened}
 
+    def _condensed(self, sections: Sections) -> dict[str, np.ndarray]:
+        """Return the matrices of structures of which only stiffness and geometric stiffness depend on the sections."""
+        coefficients = stiffness_coefficients(self.frame.geometry, sections)
+        elastic, under_gravity = self.condensations
+        found = {"stiffness": elastic.condensed(coefficients)}
+        if under_gravity is not None:
+            found["geometric"] = found["stiffness"] - under_gravity.condensed(coefficients)
+        return found
+
     def _reduced(self, sections: Sections) -> dict[str, np.ndarray]:
+        """Return the reduced matrices that depend on the sections, some structures after the other."""
+        count, size = len(sections.modulus), self.frame.numbering.free.size
+        step = max(1, min(AT_A_TIME, MOST_VALUES // (size * size)))
+        values = sections.modulus, sections.area, sections.inertia
+        parts = [
+            self._reduced_part(Sections(*(each[first : first + step] for each in values)))
+            for first in range(0, count, step)
+        ]
+        return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
+
+    def _reduced_part(self, sections: Sections) -> dict[str, np.ndarray]:
         """Return the reduced matrices of some structures that depend on their sections."""
-        if self.constant:
-            coefficients = stiffness_coefficients(self.frame.geometry, sections)
-            elastic, under_gravity = self.condensations
-            one = {"stiffness": elastic.condensed(coefficients)}
-            if under_gravity is not None:
-                one["geometric"] = one["stiffness"] - under_gravity.condensed(coefficients)
-            return one
         whole = self._of_many(sections)
         stiffness, geometric, mass, shapes, softened = whole.values()
         moved = self.frame.numbering.is_horizontal[self.frame.numbering.free].astype(float)
