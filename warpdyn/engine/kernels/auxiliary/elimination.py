@@ -1,6 +1,7 @@
 """The kernel that condenses the stiffness of many structures with the same frame, one structure per thread.
 
-NumPy takes 20 times as long: each of its operations is one pass over the entries of many structures.
+With NumPy the elimination is hundreds of short operations, for which the threads that prepare structures wait for each
+other: 16 threads took longer than one.
 """
 
 from __future__ import annotations
