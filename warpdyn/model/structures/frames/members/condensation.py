@@ -46,6 +46,10 @@ def coefficients_to_entries(deformations: np.ndarray, place: np.ndarray) -> spar
     return sparse.coo_array((np.concatenate(values), where), shape).tocsr()
 
 
+class UnstableSections(ValueError):
+    """Error: the eliminated displacements of a frame with these sections are not stable."""
+
+
 class Pivot(NamedTuple):
     """An elimination: a displacement, those that it changes, and places of entries.
 
@@ -108,7 +112,7 @@ class Condensation:
             coefficients: Result of `stiffness_coefficients`, shape [structure, member, 4].
 
         Raises:
-            ValueError: If the eliminated displacements are not stable, for example under gravity.
+            UnstableSections: If the eliminated displacements are not stable, for example under gravity.
         """
         return self.with_loads(coefficients, np.zeros((len(coefficients), 0)))[0]
 
@@ -124,7 +128,7 @@ class Condensation:
         for pivot in self.pivots:
             diagonal, column = entries[pivot.diagonal], entries[pivot.column]
             if not (diagonal > 0).all():
-                raise ValueError(self.fault)
+                raise UnstableSections(self.fault)
             share = column / diagonal
             entries[pivot.target] -= column[pivot.first] * share[pivot.second]
             if forces.size:
