@@ -113,9 +113,9 @@ class Live:
         self.scene, self.seed, self.integration = scene, seed, integration
         self.execution = execution.on_first()
         self.structures = number_of_structures("Live", scene, structures)
-        of_placeholder = ("strongest_motion", "peak_ground_acceleration", "record_baseline", "actuator_acceleration")
+        of_placeholder = ("strongest_motion", "peak_ground_acceleration", "record_baseline")
         with meant_as_given(*of_placeholder):
-            warn_of_implausible(scene, step=integration.step, longest_step=integration.longest_step)
+            warn_of_implausible(scene, step=integration.step, longest_step=integration.longest_step, is_live=True)
         self.unit, factor = unit, unit_factor(unit, "unit")
         [motion] = scene.excitation.motions
         self.step = float(motion.step)

@@ -372,6 +372,11 @@ class MRDamper(_Attached):
         """Largest evolutionary variable z [m]."""
         return float(np.sqrt(self.slope / (self.gamma + self.beta)))
 
+    @property
+    def hysteretic_force(self) -> float:
+        """Largest force alpha z at the highest voltage [N]."""
+        return (self.alpha + self.alpha_per_volt * self.voltage_limit) * self.largest_loop
+
     def fastest_rate(self, mobility: float) -> float:
         """Return the largest eigenvalue [1/s] of the damper on a free mass, at z = 0 and any voltage in range."""
         rates = []
