@@ -294,7 +294,7 @@ class MRDamper(_Attached):
 
     alpha, c0 and c1 are linear in the filtered voltage u, with u' = eta (v - u). The exponent n of the model is 2. The
     default values are those of the prototype of Dyke, Spencer, Sain and Carlson (1996), Smart Materials and Structures
-    5, 565-575. Its hysteretic force of about 1 kN is too small for a building: multiply all c, k and alpha by one factor.
+    5, 565-575. Its force of about 1 kN is too small for a building: multiply all c, k and alpha by one factor.
 
     Args:
         place: As for `Actuator`.
