@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
-from scipy.stats import norm
 
 from warpdyn.foundations.core.plausibility import PlausibilityFindings
 from warpdyn.foundations.core.units import STANDARD_GRAVITY
@@ -16,7 +15,7 @@ from warpdyn.model.structures.lumped.matrices import OF_MEMBERS, undamped
 from warpdyn.model.structures.lumped.structure import LumpedStructure
 
 FREE = 1e-12  # a motion is free if its squared frequency is at most this share of the highest one (rounding)
-LOW = -1.6449  # standard normal value of the 5 % quantile
+LOW_SHARE, LOW = 0.05, -1.6449  # share of structures, and the standard normal value that it does not exceed
 LEAST_STOREY_HEIGHT = 1.5  # m; the springs of a lower storey may be bearings
 # Parameter of springs -> name of its check.
 OF_SPRINGS = {
@@ -114,7 +113,7 @@ def add_scatter_of_frame(
         return
     nominal = structure.nominal_values["yield_force"]
     if isinstance(spread, GivenValues):
-        low = np.broadcast_to(np.quantile(spread.in_structures(nominal), norm.cdf(LOW), axis=0), nominal.shape)
+        low = np.broadcast_to(np.quantile(spread.in_structures(nominal), LOW_SHARE, axis=0), nominal.shape)
     else:
         normals = np.full((spread.variables(len(nominal)), 1), LOW)
         low = combined(nominal, spread, normals, slice(0, 1), spread.varied("yield_force", structure))[:, 0]

@@ -57,7 +57,7 @@ def yields_of_hinges(structure: HingedStructure) -> dict[str, dict[str, float]]:
 
 
 def implausible_hinges(structure: HingedStructure) -> tuple[str, ...]:
-    """Return the hinges with an implausible yield_force, of which the constructor warns and later checks do not."""
+    """Return the hinges with an implausible yield_force. The constructor warns of them, later checks do not."""
     return tuple(
         name
         for check, found in yields_of_hinges(structure).items()
