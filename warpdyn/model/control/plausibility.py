@@ -8,7 +8,7 @@ from warpdyn.engine.controllers.built_in import ConstantCommand, SkyhookDamper
 from warpdyn.foundations.core.plausibility import PlausibilityFindings
 from warpdyn.foundations.core.plausibility.table import CHECKS
 from warpdyn.foundations.core.units import STANDARD_GRAVITY
-from warpdyn.model.control.actuators import Actuator, MRDamper, VariableDamper
+from warpdyn.model.control.actuators import Actuator, VariableDamper
 from warpdyn.model.control.control import Control
 from warpdyn.model.control.state_space import state_space
 from warpdyn.model.ground_motions.designs import OneMotionPerStructure, Stripes
@@ -42,14 +42,14 @@ def add_control(
         given = [each.force_limit if isinstance(each, Actuator) else None for each in control.actuators]
         limits = np.array([np.nan if limit is None else limit for limit in given])
         findings.add("actuator_acceleration", limits * mobility / peak, f" {of},", along="actuator")
-        forces = [each.hysteretic_force if isinstance(each, MRDamper) else np.nan for each in control.actuators]
+        forces = np.array([getattr(each, "hysteretic_force", np.nan) for each in control.actuators])
         findings.add("mr_damper_acceleration", forces * mobility / peak, f" {of},", along="actuator")
     constant = control.controller.value if isinstance(control.controller, ConstantCommand) else 0.0
     if constant and not structure.is_machine:
         pushed = [isinstance(each, Actuator) for each in control.actuators]
-        forces = np.where(pushed, abs(constant), np.nan)
+        held = np.where(pushed, abs(constant), np.nan)
         where = f" {CONSTANT_FORCE:.3g} m/s2,"
-        findings.add("constant_force_acceleration", forces * mobility / CONSTANT_FORCE, where, along="actuator")
+        findings.add("constant_force_acceleration", held * mobility / CONSTANT_FORCE, where, along="actuator")
     is_damper = np.array([isinstance(each, VariableDamper) for each in control.actuators])
     sky = control.controller.coefficient if isinstance(control.controller, SkyhookDamper) else 0.0
     if not is_damper.any() and not sky:
@@ -62,8 +62,8 @@ def add_control(
         high = np.array([each.high if isinstance(each, VariableDamper) else 0.0 for each in control.actuators])
         findings.add("variable_damper_ratio", (high @ of_modes**2 / (2 * np.sqrt(squared))).max())
         if constant > 0:
-            held = np.where(is_damper, constant, 0.0)
-            findings.add("constant_damper_ratio", (held @ of_modes**2 / (2 * np.sqrt(squared))).max())
+            closed = np.where(is_damper, constant, 0.0)
+            findings.add("constant_damper_ratio", (closed @ of_modes**2 / (2 * np.sqrt(squared))).max())
     if sky:
         upper = shapes[[each.rules(structure).rows[0][0] for each in control.actuators]]
         ratios = sky * np.abs((of_modes * upper).sum(axis=0)) / (2 * np.sqrt(squared))
@@ -80,7 +80,7 @@ def compared_peak(excitation: Excitation, structure: Structure, *, is_live: bool
     if isinstance(excitation, FreeVibration):
         # As if the start were a vibration in the first mode, which has the least acceleration.
         displacement, velocity = (np.abs(each).max() for each in excitation.initial_state(structure.dofs))
-        rate = 2 * np.pi / structure.fundamental_period
+        rate = float(np.abs(np.linalg.eigvals(state_space(structure, ()).dynamics)).min())
         return max(rate**2 * displacement, rate * velocity), "that of the free vibration in the first mode"
     return _weakest_motion(excitation), "the peak of the weakest motion"
 

@@ -104,10 +104,8 @@ def add_scatter_of_frame(
         if isinstance(spread, GivenValues) and not isinstance(spread, GivenFactors) and nominal is not None:
             median = np.median(spread.in_structures(nominal), axis=0)
             ratios = np.broadcast_to(median, nominal.shape) / np.where(nominal > 0, nominal, np.nan)
-            members = structure.names_along("member")
-            findings.add_each(
-                f"given_{name}", ratios.tolist(), lambda place, of=members: f" of member {of[place]!r}{where}"
-            )
+            of_members = [f" of member {member!r}{where}" for member in structure.names_along("member")]
+            findings.add_each(f"given_{name}", ratios.tolist(), of_members.__getitem__)
     spread, moments = scatter.get("yield_force"), getattr(structure, "gravity_moments", np.zeros(0))
     if spread is None or not moments.any():
         return

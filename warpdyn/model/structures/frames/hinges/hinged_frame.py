@@ -132,7 +132,7 @@ class HingedFrame(HingedStructure):
         )
 
     @cached_property
-    def gravity_moments(self) -> np.ndarray:  # type: ignore[override] # computed once
+    def gravity_moments(self) -> np.ndarray:
         """Absolute moments of the hinges, and forces of braces, under gravity [N m or N], shape [hinge]."""
         moments = np.abs(moments_under_gravity(self.joints, self.hinged_members, self.frame_values, self.permanent))
         rows = {member: row for row, member in enumerate(self.hinged_members.members)}
