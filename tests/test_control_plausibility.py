@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import warpdyn as wd
+from warpdyn.campaigns.integration.time_grid import build_timeline
 from warpdyn.model.scene.plausibility import warn_of_implausible
 
 pytestmark = pytest.mark.fast
@@ -91,10 +92,100 @@ def test_usual_actuators_get_no_warning(recwarn):
     assert not recwarn.list
 
 
-def test_the_motion_of_a_live_run_is_not_checked():
-    """It is a placeholder. The wrong unit ends the call after the checks of the scene, before kernels compile."""
-    with pytest.raises(ValueError, match="furlong"):
-        wd.Live(scene(TALL, tendons(1e-3)), 1, unit="furlong/s2")
+NOISE = wd.FilteredNoise(wd.KanaiTajimi(0.02, 15.0, 0.6), duration=10.0, interval=0.01)
+FREE = wd.FreeVibration(10.0, displacement=0.01 * np.arange(1, 21))
+STRUCK = wd.FreeVibration(10.0, velocity=np.full(20, 0.3))
+
+
+@pytest.mark.parametrize(
+    ("design", "of"),
+    [
+        (NOISE, "the peak of the noise"),
+        (FREE, "that of the free vibration in the first mode"),
+        (STRUCK, "that of the free vibration in the first mode"),
+    ],
+)
+def test_a_force_limit_in_kilonewtons_is_found_without_a_record(design, of, recwarn):
+    with wd.meant_as_given("initial_velocity", "initial_drift_ratio"):
+        warn(TALL, tendons(1.0), design=design)
+        assert not recwarn.list
+        with pytest.warns(UserWarning, match=f"over {of}, at actuator 3 is .*: with force_limit given in kN") as caught:
+            warn(TALL, tendons(1e-3), design=design)
+    assert len(caught) == 1
+
+
+def test_the_force_limit_of_a_live_run_is_compared_with_a_weak_earthquake(recwarn):
+    """The motion is a placeholder. The wrong unit ends the call after the checks of the scene, before kernels."""
+    for motion in (MOTION, WEAK, wd.GroundMotion(1e-3 * MOTION.values, 0.01, "placeholder")):
+        with pytest.raises(ValueError, match="furlong"):
+            wd.Live(scene(TALL, tendons(1.0), [motion]), 1, unit="furlong/s2")
+        assert not recwarn.list
+        meant = "over 0.981 m/s2 .a weak earthquake., at actuator 3 is .*with force_limit given in kN"
+        with pytest.warns(UserWarning, match=meant), pytest.raises(ValueError, match="furlong"):
+            wd.Live(scene(TALL, tendons(1e-3), [motion]), 1, unit="furlong/s2")
+
+
+OSCILLATOR = wd.ShearBuilding(1e5, 4e6, 3.0, **DAMPED)
+CRITICAL = 2 * np.sqrt(1e5 * 4e6)  # N s/m, 2 sqrt(k m)
+
+
+def commanded(actuator, controller):
+    return wd.Scene(
+        OSCILLATOR, MOTION, control=control.Control([actuator], controller=controller, sampling_interval=0.01)
+    )
+
+
+@pytest.mark.parametrize(
+    ("actuator", "make", "size", "message"),
+    [
+        (
+            control.Actuator(1),
+            lambda value: control.SkyhookDamper(coefficient=value),
+            0.2 * CRITICAL,
+            "coefficient of SkyhookDamper adds to a mode is 0.0002 .*given in kN s/m, it would be 0.2,",
+        ),
+        (
+            control.VariableDamper(1, high=CRITICAL),
+            lambda value: control.ConstantCommand(value=value),
+            0.2 * CRITICAL,
+            "value of ConstantCommand adds to a mode is 0.0002 .*with value given in kN s/m, it would be 0.2,",
+        ),
+        (  # N: 0.2 g; 0.1 g is the reference
+            control.Actuator(1),
+            lambda value: control.ConstantCommand(value=value),
+            0.2 * 9.80665 * 1e5,
+            "ConstantCommand gives the free ends of .* is 0.002 .*with value given in kN, it would be 2,",
+        ),
+    ],
+)
+def test_commands_in_kilonewtons_are_warned_of(actuator, make, size, message, recwarn):
+    warn_of_implausible(commanded(actuator, make(size)))
+    warn_of_implausible(commanded(actuator, make(0.0)))  # no control
+    assert not recwarn.list
+    with pytest.warns(UserWarning, match=message) as caught:
+        warn_of_implausible(commanded(actuator, make(1e-3 * size)))
+    assert len(caught) == 1
+
+
+def test_a_magnetorheological_damper_of_a_laboratory_has_no_effect_on_a_building(recwarn):
+    passive = control.ConstantCommand(value=2.25)
+    prototype = control.MRDamper(1)
+    names = ("dashpot_0", "dashpot_0_per_volt", "stiffness_0", "dashpot_1", "dashpot_1_per_volt", "stiffness_1")
+    scaled = {name: 200 * getattr(prototype, name) for name in (*names, "alpha", "alpha_per_volt")}
+    warn_of_implausible(commanded(control.MRDamper(1, **scaled), passive))
+    assert not recwarn.list
+    # 1.1 kN on 100 t is 0.011 m/s2, 0.4 % of the peak of the motion.
+    with pytest.warns(UserWarning, match=r"MRDamper at its .* is 0.003.*laboratory prototype: multiply dashpot_0, .*"):
+        warn_of_implausible(commanded(prototype, passive))
+
+
+def test_a_sampling_interval_is_checked_before_kernels_compile():
+    loop = control.Control(
+        [control.Actuator(1)], controller=control.SkyhookDamper(coefficient=1e5), sampling_interval=0.013
+    )
+    given = wd.Scene(OSCILLATOR, MOTION, control=loop)
+    with pytest.raises(ValueError, match=r"neither a multiple nor a whole fraction .*give sampling_interval=0.01,"):
+        build_timeline(given, lambda: pytest.fail("the kernel of frequencies would be compiled"))
 
 
 def test_the_added_damping_ratio_is_that_of_an_oscillator():

@@ -45,6 +45,19 @@ def test_hinges_are_sums_and_weighted_means():
     }
 
 
+def test_one_yield_moment_in_another_unit_among_joined_hinges_is_named():
+    frame = portal()
+    hinges = hinges_of(frame)
+    hinges["C1_2", "start"] = STEEL | {"yield_force": 300.0}
+    pair = r"\('C1_1', 'start'\): 300000 N m, \('C1_2', 'start'\): 300 N m"
+    meant = rf"columns of storey 1; {pair}\) is 1000 .*with one given in kN m"
+    with pytest.warns(UserWarning, match=meant) as caught:
+        wd.HingedFishbone.from_frame(frame, hinges)
+    assert len(caught) == 1
+    hinges["C1_2", "start"] = STEEL | {"yield_force": 3e4}  # a weak column
+    wd.HingedFishbone.from_frame(frame, hinges)
+
+
 def test_energy_capacities_are_added():
     frame = portal()
     law = {

@@ -11,6 +11,7 @@ from hinge_cases import motion
 from hinged_frame_cases import irregular, reference_model
 
 import warpdyn as wd
+from warpdyn.model.scene.plausibility import warn_of_implausible
 
 pytestmark = pytest.mark.meant_as_given(
     "no_damping",
@@ -112,6 +113,41 @@ def test_yield_moments_in_other_units_are_warned_of(factor, meant):
         wd.HingedFrame(frame, hinges)
     rigid = changed(members={"C1_1": {"spring_start": 1.4e9}}, sections={"C1_1": {"second_moment": 0.1}})
     wd.HingedFrame(rigid, hinges)  # a rigid part, whose rotation has no usual value
+
+
+def test_a_wrong_yield_moment_is_warned_of_once(recwarn):
+    frame = changed(members={"B1_1": {"gravity_load": 50e3}})  # also above the wrong yield moments
+    hinges = {("B1_1", end): HINGE | {"yield_force": 300.0} for end in ("start", "end")}
+    with pytest.warns(UserWarning, match="of 'B1_1 start' is .*with yield_force given in kN m") as caught:
+        structure = wd.HingedFrame(frame, hinges, damping="modal", damping_ratio=0.02)
+    assert len(caught) == 1
+    warn_of_implausible(wd.Scene(structure, motion("pulse_2", 0.5)))
+    assert not recwarn.list
+    soft = changed(members={"B1_1": {"spring_start": 2.5e5}})  # a spring in kN m/rad
+    structure = wd.HingedFrame(soft, {("B1_1", "start"): HINGE}, damping="modal", damping_ratio=0.02)
+    with pytest.warns(UserWarning, match="rotation at which the spring yields of spring 'B1_1 start'"):
+        warn_of_implausible(wd.Scene(structure, motion("pulse_2", 0.5)))
+
+
+@pytest.mark.parametrize(
+    ("rotations", "meant"),
+    [
+        ({"plastic_drift_to_capping": 2.0}, "plastic_drift_to_capping of the hinge 'B1_1 start' is 2 rad .*percent"),
+        ({"post_capping_drift": 16.0}, "post_capping_drift of the hinge 'B1_1 start' is 16 rad .*percent"),
+    ],
+)
+def test_plastic_rotations_in_percent_are_warned_of(rotations, meant):
+    steel = {
+        "law": "ibarra_medina_krawinkler_bilinear",
+        "yield_force": 3e5,
+        "plastic_drift_to_capping": 0.02,
+        "post_capping_drift": 0.16,
+        "capping_force_ratio": 1.1,
+    }
+    with pytest.warns(UserWarning, match=meant) as caught:
+        wd.HingedFrame(portal(), {("B1_1", "start"): steel | rotations})
+    assert len(caught) == 1
+    wd.HingedFrame(portal(), {("B1_1", "start"): steel | {"post_capping_drift": 1e6}})  # it keeps its strength
 
 
 def test_yield_force_of_a_brace_in_kilonewtons_is_warned_of():

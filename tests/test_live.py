@@ -357,6 +357,13 @@ def test_wrong_arguments_are_refused(arguments, message):
         live(**arguments)
 
 
+@pytest.mark.parametrize("arguments", [{"limits": np.nan}, {"limits": {"slight": np.nan}}, {"quantiles": (np.nan,)}])
+def test_arguments_of_answers_are_checked_before_kernels_compile(arguments, monkeypatch):
+    monkeypatch.setattr("warpdyn.campaigns.live.live.build_run", lambda *given: pytest.fail("a run is built"))
+    with pytest.raises(ValueError, match="nan"):
+        live(**arguments)
+
+
 def test_a_state_that_has_changed_is_refused(tmp_path):
     first = live()
     first.push(MOTION.acceleration[:100])

@@ -108,6 +108,8 @@ def build_timeline(
     """
     if step is not None and longest_step is not None:
         raise ValueError("step= and longest_step= cannot be combined: remove step= or longest_step=")
+    if scene.control is not None and not (resample and step is not None):  # before `central` compiles a kernel
+        scene.control.samplings_per_interval(np.array([motion.step for motion in scene.excitation.motions]))
     if step is not None:
         target = step = real_number("step [s]", step, above=0)
     elif longest_step is not None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 import xarray as xr
@@ -19,17 +20,41 @@ from warpdyn.campaigns.running.tables import blank_rows
 from warpdyn.foundations.core.checks import finite_numbers, true_or_false
 from warpdyn.foundations.core.output_variables import COLLAPSED, DIVERGED
 from warpdyn.foundations.files.netcdf import trace
+from warpdyn.model.scene.scene import Scene
 
 # Variables that are known only after the end of the free vibration, and inputs of the run.
 UNKNOWN = ("residual_drift_ratio", "residual_deformation", "integration_step", "unreliable")
 QUANTILES: tuple[float, ...] = (0.16, 0.5, 0.84)
 
 
-class Answers:
-    """The form of the answers of a live ensemble.
+@dataclass(frozen=True, eq=False)
+class AnswerSettings:
+    """Checked arguments of answers.
 
     Args:
-        model: Model of the ensemble.
+        quantiles: Quantiles of the demands that are returned [1].
+        keep_samples: Whether answers contain the demands of each sample.
+        limits: Limits of the damage states, from the lightest to the heaviest; None: no states.
+        counted: Places of each limited demand that count, by demand.
+    """
+
+    quantiles: np.ndarray
+    keep_samples: bool
+    limits: DamageLimits | None
+    counted: Mapping[str, slice]
+
+
+def checked_settings(
+    scene: Scene,
+    structures: int,
+    limits: Mapping[str, Limit] | None,
+    quantiles: Sequence[float] | np.ndarray,
+    keep_samples: bool,
+) -> AnswerSettings:
+    """Return the settings of the answers of a live ensemble.
+
+    Args:
+        scene: The scene.
         structures: Number of structures.
         limits: Limits of the damage states, from the lightest to the heaviest, as in `fragility`; None: no states.
         quantiles: Quantiles of the demands that are returned [1].
@@ -38,19 +63,37 @@ class Answers:
     Raises:
         ValueError, TypeError: If a limit or quantile is invalid, or the scene does not record a limited demand.
     """
+    true_or_false("keep_samples", keep_samples)
+    checked = np.atleast_1d(finite_numbers("quantiles", quantiles))
+    if checked.ndim != 1 or not np.all((checked >= 0) & (checked <= 1)):
+        raise ValueError(f"quantiles must be numbers from 0 to 1, such as (0.16, 0.5, 0.84), got {quantiles}")
+    counted: dict[str, slice] = {}
+    if limits is None:
+        return AnswerSettings(checked, keep_samples, None, counted)
+    of_states = DamageLimits.of(limits)
+    if NO_DAMAGE in of_states.states:
+        raise ValueError(f"{NO_DAMAGE!r} is the state of samples that exceed no limit: remove it from limits")
+    population = Population(scene, structures)
+    for name in of_states.demands:
+        population.demand(name)
+        if name in UNKNOWN:
+            raise ValueError(f"limits of {name!r} can be applied only after the motion: remove them")
+        span = population.counted_places(name, np.arange(1), added_storeys=False)
+        counted[name] = slice(None) if span is None else slice(*span)
+    return AnswerSettings(checked, keep_samples, of_states, counted)
 
-    def __init__(
-        self,
-        model: Model,
-        structures: int,
-        limits: Mapping[str, Limit] | None,
-        quantiles: Sequence[float] | np.ndarray,
-        keep_samples: bool,
-    ) -> None:
-        self.model, self.keep_samples = model, true_or_false("keep_samples", keep_samples)
-        self.quantiles = np.atleast_1d(finite_numbers("quantiles", quantiles))
-        if self.quantiles.ndim != 1 or not np.all((self.quantiles >= 0) & (self.quantiles <= 1)):
-            raise ValueError(f"quantiles must be numbers from 0 to 1, such as (0.16, 0.5, 0.84), got {quantiles}")
+
+class Answers:
+    """The form of the answers of a live ensemble.
+
+    Args:
+        model: Model of the ensemble.
+        settings: Checked arguments.
+    """
+
+    def __init__(self, model: Model, settings: AnswerSettings) -> None:
+        self.model, self.keep_samples = model, settings.keep_samples
+        self.quantiles, self.limits, self._counted = settings.quantiles, settings.limits, settings.counted
         self._columns = columns_of(model, keep_inputs=False)
         template = labelled(model, self._columns, blank_rows(model, self._columns, 0))
         self._labels = template.variables
@@ -60,19 +103,6 @@ class Answers:
         self._recorded = [name for name in self._recorded if name not in UNKNOWN]
         of_demands = {*model.demands, "peak_storey_drift_ratio"} - set(UNKNOWN)
         self._demands = [name for name in self._recorded if name in of_demands]
-        self.limits = None if limits is None else DamageLimits.of(limits)
-        self._counted: dict[str, slice] = {}
-        if self.limits is not None:
-            if NO_DAMAGE in self.limits.states:
-                raise ValueError(f"{NO_DAMAGE!r} is the state of samples that exceed no limit: remove it from limits")
-            population = Population(model.scene, structures)
-            for name in self.limits.demands:
-                population.demand(name)
-                if name in UNKNOWN:
-                    raise ValueError(f"limits of {name!r} can be applied only after the motion: remove them")
-                span = population.counted_places(name, np.arange(1), added_storeys=False)
-                self._counted[name] = slice(None) if span is None else slice(*span)
-
         self._statistics: SampleStatistics | None = None
         self._form = xr.Dataset()  # the labels of all answers
 

@@ -14,7 +14,7 @@ from warpdyn.campaigns.integration.run import build_run
 from warpdyn.campaigns.integration.settings import Execution, Integration
 from warpdyn.campaigns.integration.stability_guard import guard
 from warpdyn.campaigns.live.accepted_scenes import check_method, check_scene
-from warpdyn.campaigns.live.answers import QUANTILES, Answers
+from warpdyn.campaigns.live.answers import QUANTILES, Answers, checked_settings
 from warpdyn.campaigns.live.finishing import finished, scene_of_record
 from warpdyn.campaigns.live.packets.arriving import Arriving
 from warpdyn.campaigns.live.packets.packet import Packet
@@ -113,9 +113,9 @@ class Live:
         self.scene, self.seed, self.integration = scene, seed, integration
         self.execution = execution.on_first()
         self.structures = number_of_structures("Live", scene, structures)
-        of_placeholder = ("strongest_motion", "peak_ground_acceleration", "record_baseline", "actuator_acceleration")
+        of_placeholder = ("strongest_motion", "peak_ground_acceleration", "record_baseline")
         with meant_as_given(*of_placeholder):
-            warn_of_implausible(scene, step=integration.step, longest_step=integration.longest_step)
+            warn_of_implausible(scene, step=integration.step, longest_step=integration.longest_step, is_live=True)
         self.unit, factor = unit, unit_factor(unit, "unit")
         [motion] = scene.excitation.motions
         self.step = float(motion.step)
@@ -131,6 +131,7 @@ class Live:
         longest_gap = real_number("longest_gap [s]", longest_gap, least=0)
         tracks = (Track(packet_step, patience, longest_gap),) * max(1, scene.excitation.base_components)
         self.arriving = Arriving(Receiver(tracks, packet_step, self.step, factor))
+        settings = checked_settings(scene, self.structures, limits, quantiles, keep_samples)
         run = build_run(scene, self.structures, integration, self.execution, seed)
         check_method(run.integration.method, scene)
         queue = open_queues(run.execution.devices, run.model.threads)[0]
@@ -138,7 +139,7 @@ class Live:
         findings = run.findings[0]
         shorten_steps(ensemble, vibration, findings, divides=run.integration.divides_steps)
         guard(ensemble, vibration, integration.on_unstable, findings)
-        self._answers = Answers(run.model, self.structures, limits, quantiles, keep_samples)
+        self._answers = Answers(run.model, settings)
         self.paused = PausedEnsemble(ensemble)
         self._answers.begin_statistics(self.paused)
         for group in self.paused.groups:  # compiled now, so that the first packet does not wait

@@ -294,7 +294,7 @@ class MRDamper(_Attached):
 
     alpha, c0 and c1 are linear in the filtered voltage u, with u' = eta (v - u). The exponent n of the model is 2. The
     default values are those of the prototype of Dyke, Spencer, Sain and Carlson (1996), Smart Materials and Structures
-    5, 565-575.
+    5, 565-575. Its force of about 1 kN is too small for a building: multiply all c, k and alpha by one factor.
 
     Args:
         place: As for `Actuator`.
@@ -371,6 +371,11 @@ class MRDamper(_Attached):
     def largest_loop(self) -> float:
         """Largest evolutionary variable z [m]."""
         return float(np.sqrt(self.slope / (self.gamma + self.beta)))
+
+    @property
+    def hysteretic_force(self) -> float:
+        """Largest force alpha z at the highest voltage [N]."""
+        return (self.alpha + self.alpha_per_volt * self.voltage_limit) * self.largest_loop
 
     def fastest_rate(self, mobility: float) -> float:
         """Return the largest eigenvalue [1/s] of the damper on a free mass, at z = 0 and any voltage in range."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from hashlib import blake2b
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -13,8 +14,12 @@ from warpdyn.foundations.core.plausibility import PlausibilityFindings
 from warpdyn.foundations.core.units import STANDARD_GRAVITY
 from warpdyn.model.ground_motions.motions import GroundMotion
 
+if TYPE_CHECKING:
+    from warpdyn.model.ground_motions.filtered_noise import FilteredNoise
+
 FEWEST_IN_A_SET = 5  # a set with fewer motions is not searched for motions that are much weaker than all others
 BESIDE = np.array([1, -1, 2, -2, 4, -4, 8, -8, 16, -16])  # distances from the peak of the compared values [samples]
+PEAK_FACTOR = 3.0  # approximate ratio of the peak to the standard deviation of a Gaussian process
 DUPLICATE = 1e-3  # largest difference of two copies of a record, divided by the peak
 
 
@@ -126,3 +131,9 @@ def _copies(shapes: Sequence[np.ndarray], group: Sequence[int], place: int) -> d
 
 def _is_copy(shape: np.ndarray, other: np.ndarray, near: float) -> bool:
     return bool(np.abs(shape - other).max() <= near)
+
+
+def peak_of_noise(noise: FilteredNoise) -> float:
+    """Return the approximate peak acceleration of filtered noise [m/s2]."""
+    process = noise.spectrum.recursion(noise.interval)
+    return float(PEAK_FACTOR * np.linalg.norm(process.output @ process.start) * noise.envelope_at_nodes().max())

@@ -18,7 +18,7 @@ from warpdyn.model.ground_motions.measures.one_component import AverageSpectralA
 from warpdyn.model.ground_motions.motions import GroundMotion
 from warpdyn.model.ground_motions.motions_at_sites import MotionsAtSites
 from warpdyn.model.ground_motions.pairs_of_motions import PairOfMotions, components_of
-from warpdyn.model.ground_motions.plausibility import add_motions, add_weakest_motions
+from warpdyn.model.ground_motions.plausibility import add_motions, add_weakest_motions, peak_of_noise
 from warpdyn.model.ground_motions.wind.force_stripes import ForceStripes
 from warpdyn.model.scene.building_plausibility import add_building
 from warpdyn.model.scene.portfolio import Portfolio
@@ -34,7 +34,7 @@ from warpdyn.model.scene.scatter import (
     combined,
 )
 from warpdyn.model.scene.scene import Scene
-from warpdyn.model.scene.spring_plausibility import add_lumped
+from warpdyn.model.scene.spring_plausibility import add_lumped, add_scatter_of_frame
 from warpdyn.model.structures.linear_system import LinearSystem
 from warpdyn.model.structures.lumped.matrices import INCIDENCE
 from warpdyn.model.structures.lumped.structure import LumpedStructure
@@ -52,16 +52,18 @@ LEVEL_BANDS = {
     "IA": "arias_level",
     "CAV": "absolute_velocity_level",
 }
-PEAK_FACTOR = 3.0  # approximate ratio of the peak to the standard deviation of a Gaussian process
 
 
-def warn_of_implausible(scene: Scene, *, step: float | None = None, longest_step: float | None = None) -> None:
+def warn_of_implausible(
+    scene: Scene, *, step: float | None = None, longest_step: float | None = None, is_live: bool = False
+) -> None:
     """Give one warning that lists all implausible values of a scene and of its integration step.
 
     Args:
         scene: The scene.
         step: Integration step [s]; None: the run chooses it.
         longest_step: Upper bound of the step that the run chooses [s]; None: no bound.
+        is_live: Whether the motion of the scene is only the form of one that arrives later.
     """
     findings = PlausibilityFindings()
     structure, excitation = scene.structure, scene.excitation
@@ -82,11 +84,12 @@ def warn_of_implausible(scene: Scene, *, step: float | None = None, longest_step
     if not structure.is_machine:
         _add_excitation(findings, excitation, period)
     if scene.control is not None:
-        from warpdyn.model.control.plausibility import add_control  # runs without control do not import it
+        # Runs without control do not import it.
+        from warpdyn.model.control.plausibility import add_control, compared_peak
 
         # Tyres and suspensions isolate machines from most of the acceleration of a road.
-        peak = None if structure.is_machine else _weakest_peak(excitation)
-        add_control(findings, scene.control, structure, peak)
+        peak, of = (None, "") if structure.is_machine else compared_peak(excitation, structure, is_live=is_live)
+        add_control(findings, scene.control, structure, peak, of)
     for given in (step, longest_step):
         if isinstance(given, int | float) and period > 0:
             # No method can resolve a vibration if the step is as long as the period.
@@ -131,6 +134,7 @@ def _add_structure(
         if structure.problem(values):
             return 0.0  # the run reports it
         add_lumped(findings, structure, values, where)
+        add_scatter_of_frame(findings, structure, scatter, where)
         return _add_linear_system(findings, structure.central_matrices(values), is_shaken=is_shaken)
     if isinstance(structure, LinearSystem):
         matrices = {name: structure.parameters[name] for name in structure.parameters}
@@ -219,13 +223,11 @@ def _add_excitation(findings: PlausibilityFindings, excitation: Excitation, peri
         if isinstance(excitation, ForceStripes) and is_sampled and period > 0:
             findings.add("force_step_over_period", longest / period, f" of {period:.3g} s")
     if isinstance(excitation, FilteredNoise):
-        process = excitation.spectrum.recursion(excitation.interval)
         for name in ("ground_damping_ratio", "filter_damping_ratio"):
             if hasattr(excitation.spectrum, name):
                 findings.add("ground_damping_ratio", getattr(excitation.spectrum, name), f" ({name}) of the noise")
-        peak = PEAK_FACTOR * np.linalg.norm(process.output @ process.start) * excitation.envelope_at_nodes().max()
         findings.add("record_step", excitation.interval, " of the noise")
-        findings.add("peak_ground_acceleration", peak, " of the noise")
+        findings.add("peak_ground_acceleration", peak_of_noise(excitation), " of the noise")
         return
     designs = excitation.events if isinstance(excitation, EventSequence) else {"": excitation}
     strongest = []
@@ -257,21 +259,6 @@ def _add_excitation(findings: PlausibilityFindings, excitation: Excitation, peri
     # It is sufficient if one event of a sequence is strong: an aftershock may be weak.
     if strongest and max(strongest) < np.inf:
         findings.add("strongest_motion", max(strongest))
-
-
-def _weakest_peak(excitation: Excitation) -> float | None:
-    """Return the peak acceleration of the weakest motion after scaling [m/s2]; None if it is not known."""
-    motions = [each for each in excitation.motions if isinstance(each, GroundMotion)] if excitation.is_design else []
-    if not motions or len(motions) < len(excitation.motions):
-        return None
-    peaks = np.array([motion.peak_ground_acceleration for motion in motions])
-    if isinstance(excitation, Stripes):
-        motion, level = excitation.places
-        levels = np.asarray(excitation.levels)[level]
-        peaks = peaks[motion] * excitation.measure.scale_factors(levels, excitation.intensities[motion])
-    elif isinstance(excitation, OneMotionPerStructure | MotionsAtSites):
-        peaks = peaks.min() * np.asarray(excitation.scale)
-    return float(np.min(peaks))
 
 
 def _add_levels(findings: PlausibilityFindings, stripes: Stripes, where: str) -> None:

@@ -8,12 +8,14 @@ import numpy as np
 
 from warpdyn.foundations.core.plausibility import PlausibilityFindings
 from warpdyn.foundations.core.units import STANDARD_GRAVITY
+from warpdyn.model.scene.scatter import GivenFactors, GivenValues, Scatter, combined
 from warpdyn.model.structures.builders.flexural_shear_building import FlexuralShearBuilding
 from warpdyn.model.structures.builders.torsional_building import TorsionalBuilding
-from warpdyn.model.structures.lumped.matrices import undamped
+from warpdyn.model.structures.lumped.matrices import OF_MEMBERS, undamped
 from warpdyn.model.structures.lumped.structure import LumpedStructure
 
 FREE = 1e-12  # a motion is free if its squared frequency is at most this share of the highest one (rounding)
+LOW_SHARE, LOW = 0.05, -1.6449  # share of structures, and the standard normal value that it does not exceed
 LEAST_STOREY_HEIGHT = 1.5  # m; the springs of a lower storey may be bearings
 # Parameter of springs -> name of its check.
 OF_SPRINGS = {
@@ -55,11 +57,15 @@ def add_lumped(
     if "yield_force" in values:
         with np.errstate(divide="ignore", invalid="ignore"):
             yields = np.where(values["stiffness"] > 0, values["yield_force"] / values["stiffness"], np.nan)
+        # The constructor has warned of these hinges.
+        told = np.isin(names, list(getattr(structure, "implausible_hinges", ())))
+        told &= values["yield_force"] == structure.parameters["yield_force"]
+        yields = np.where(told, np.nan, yields)
         add("spring_yield_deformation", np.where(rotates, np.nan, yields))
         add("spring_yield_rotation", np.where(rotates, yields, np.nan))
         strength = np.nansum(np.where(rotates, np.nan, values["yield_force"]))
         moving = values["mass"][~np.array(structure.kinds.rotating["dof"])].sum()
-        if strength > 0 and moving > 0:
+        if strength > 0 and moving > 0 and not told.any():
             findings.add("springs_yield_over_weight", strength / (STANDARD_GRAVITY * moving), where)
     if structure.storeys:
         heights = values["height"]
@@ -80,6 +86,41 @@ def add_lumped(
         findings.add("slider_weight_over_weight", _weight_over_freed(structure, one), where)
     if "impact_mass" in values:
         add("impact_mass_over_masses", values["impact_mass"] / _masses_of_impact(structure, one))
+
+
+def add_scatter_of_frame(
+    findings: PlausibilityFindings, structure: LumpedStructure, scatter: Scatter, where: str
+) -> None:
+    """Add implausible given sections and random yield moments of a frame to `findings`.
+
+    Args:
+        findings: Implausible values found so far.
+        structure: The frame.
+        scatter: Its scatter.
+        where: Words that identify the structure, such as " of archetype 'old'", or "".
+    """
+    for name in OF_MEMBERS:
+        spread, nominal = scatter.get(name), structure.nominal_values.get(name)
+        if isinstance(spread, GivenValues) and not isinstance(spread, GivenFactors) and nominal is not None:
+            median = np.median(spread.in_structures(nominal), axis=0)
+            ratios = np.broadcast_to(median, nominal.shape) / np.where(nominal > 0, nominal, np.nan)
+            of_members = [f" of member {member!r}{where}" for member in structure.names_along("member")]
+            findings.add_each(f"given_{name}", ratios.tolist(), of_members.__getitem__)
+    spread, moments = scatter.get("yield_force"), getattr(structure, "gravity_moments", np.zeros(0))
+    if spread is None or not moments.any():
+        return
+    nominal = structure.nominal_values["yield_force"]
+    if isinstance(spread, GivenValues):
+        low = np.broadcast_to(np.quantile(spread.in_structures(nominal), LOW_SHARE, axis=0), nominal.shape)
+    else:
+        normals = np.full((spread.variables(len(nominal)), 1), LOW)
+        low = combined(nominal, spread, normals, slice(0, 1), spread.varied("yield_force", structure))[:, 0]
+    first = len(nominal) - len(moments)
+    own, low = nominal[first:], low[first:]
+    # The constructor has warned of moments above the nominal ones.
+    over = np.where((low > 0) & (moments <= own), moments / np.where(low > 0, low, 1.0), np.nan)
+    names = structure.names_along("spring")[first:]
+    findings.add_each("gravity_over_random_yield", over.tolist(), lambda place: f" of {names[place]!r}{where}")
 
 
 def _weight_over_freed(structure: LumpedStructure, one: Mapping[str, np.ndarray]) -> np.ndarray:

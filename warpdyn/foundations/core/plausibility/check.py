@@ -80,7 +80,8 @@ class Check:
         if value == 0 and meant:
             reasons = ["it is zero in any unit"]
         elif not reasons:
-            reasons = [f"no usual mistake alone explains it ({', '.join(list(meant)[:MOST_NAMED])})"]
+            excluded = f" alone explains it ({', '.join(list(meant)[:MOST_NAMED])})" if meant else " explains it"
+            reasons = [f"no usual mistake{excluded}"]
         return f"{self.words}{where} is {value:.6g}{unit} (usual: {usual}{unit}): {', or '.join(reasons)}"
 
 

@@ -10,6 +10,8 @@ from warpdyn.foundations.core.plausibility.check import DASHPOT, LENGTH, PERCENT
 _SPEED = {"km/h": 1 / 3.6, "mph": 0.44704, "knots": 1852 / 3600}
 _LONG_TIME = TIME | {"minutes": 60.0, "hours": 3600.0}
 
+LEAST_EFFECT = 5e-3  # acceleration due to an actuator over that due to the excitation; smaller ones have no effect
+
 # The bounds are far outside of what engineers use. They find other units and exchanged values, not rare structures.
 CHECKS_OF_WIND: Mapping[str, Check] = {
     "wind_speed": Check("mean wind speed", "m/s", 0.5, 80.0, given_in(_SPEED), typical=30.0),
@@ -84,16 +86,41 @@ CHECKS_OF_CONTROL: Mapping[str, Check] = {
     # (Palacios-Quinonero et al. 2012, Mathematical Problems in Engineering 2012, 636878, table 1). The force over the
     # weight of the structure is not checked: it may be 1e-5 for mass dampers, as for actuators with a limit in kN.
     "actuator_acceleration": Check(
-        "acceleration that force_limit gives the free ends of the actuator, over the peak of the weakest motion,",
-        *("1", 5e-3, math.inf),
+        *("acceleration that force_limit gives the free ends of the actuator, over", "1", LEAST_EFFECT, math.inf),
         with_units("force_limit", {"kN": 1e3, "MN": 1e6}),
         typical=1.0,
+    ),
+    # The prototype has 1 kN, full-scale dampers have 200 kN (Yang et al. 2002, Engineering Structures 24).
+    "mr_damper_acceleration": Check(
+        "acceleration that the hysteretic force of the MRDamper at its voltage_limit gives its free ends, over",
+        *("1", LEAST_EFFECT, math.inf),
+        {
+            "the default parameters are those of a laboratory prototype: multiply dashpot_0, dashpot_0_per_volt, "
+            "stiffness_0, dashpot_1, dashpot_1_per_volt, stiffness_1, alpha and alpha_per_volt by one factor": None
+        },
+    ),
+    "constant_force_acceleration": Check(
+        *("acceleration that the value of ConstantCommand gives the free ends of the actuator, over", "1"),
+        *(LEAST_EFFECT, math.inf),
+        with_units("value", {"kN": 1e3, "MN": 1e6}),
+        typical=0.3,
     ),
     # Dampers that add less have no effect. There is no upper bound, because a closed valve locks a damper.
     "variable_damper_ratio": Check(
         *("largest damping ratio that the VariableDampers with high= add to a mode", "1", 1e-3, math.inf),
         with_units("high", DASHPOT),
         typical=0.2,
+    ),
+    "constant_damper_ratio": Check(
+        *("largest damping ratio that the value of ConstantCommand adds to a mode", "1", 1e-3, math.inf),
+        with_units("value", DASHPOT),
+        typical=0.2,
+    ),
+    # Car bodies and seats have 0.2 to 1.
+    "skyhook_ratio": Check(
+        *("largest damping ratio that the coefficient of SkyhookDamper adds to a mode", "1", 1e-3, math.inf),
+        with_units("coefficient", DASHPOT),
+        typical=0.5,
     ),
 }
 

@@ -2,9 +2,20 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 
-from warpdyn.foundations.core.plausibility.check import FORCE, LENGTH, MASS, Check, G, given_in, with_units
+from warpdyn.foundations.core.plausibility.check import (
+    FORCE,
+    LENGTH,
+    MASS,
+    PERCENT,
+    Check,
+    G,
+    given_in,
+    one_in,
+    with_units,
+)
 
 CHECKS_OF_FRAMES: Mapping[str, Check] = {
     # Parts of members between nodes may be short; spans of 100 m are those of bridges.
@@ -39,7 +50,17 @@ CHECKS_OF_FRAMES: Mapping[str, Check] = {
         with_units("area", {"mm2": 1e-6, "cm2": 1e-4}, 0.5),
         typical=0.05,
     ),
-    # Only values within 1.5 % of 1 and of g**2 are checked: frames with a small part of the gravity loads are usual.
+    # A floor with the mass 0 is eliminated, so that the structure has one degree of freedom less than it has floors.
+    "frame_floor_mass": Check(
+        *("mass", "kg", 1e-3, math.inf),
+        {"a mass of 0 has no inertia: give the mass, or remove the entry of masses=": lambda value: value == 0},
+    ),
+    # As for the floors of shear buildings. Masses of nodes that are not on a rigid floor are not compared: nodes along
+    # a member have a small part of its mass.
+    "frame_mass_of_neighbours": Check(
+        *("mass of a floor over that of a neighbouring one", "1", 0.0, 50.0, one_in(MASS)),
+    ),
+    # Only values near 1 and near g**2 are checked: frames with a small part of the gravity loads are usual.
     "frame_gravity_over_mass": Check(
         *("gravity loads of the frame over its masses", "m/s2", 2.0, 9 * G),
         {
@@ -83,6 +104,49 @@ CHECKS_OF_FRAMES: Mapping[str, Check] = {
         with_units("yield_force", {"kN m": 1e3, "MN m": 1e6, "N mm": 1e-3}),
         typical=0.01,
     ),
+    # Ends that are joined belong to one storey or floor, whose members rarely differ by more than 10 times. With 100,
+    # a ratio of 1,000 is also found if the members differ by 10 times.
+    "joined_yield_moments": Check(
+        *("yield_force of a hinge over that of another hinge that is joined with it", "1", 0.0, 100.0),
+        one_in({"kN m": 1e3, "MN m": 1e6}),
+    ),
+    # Steel and concrete members have about 0.005 to 0.1 (Lignos and Krawinkler 2011, Journal of Structural Engineering
+    # 137; Haselton et al. 2008, PEER 2007/03), brittle members less. 0.3 rad are 17 degrees.
+    "hinge_plastic_rotation": Check(
+        *("plastic_drift_to_capping of the hinge", "rad", 1e-4, 0.3),
+        given_in(PERCENT | {"degrees": math.pi / 180, "mrad": 1e-3}),
+        typical=0.03,
+    ),
+    # Steel members have about 0.03 to 0.6, concrete members up to about 0.1 (the same sources).
+    "hinge_post_capping_rotation": Check(
+        *("post_capping_drift of the hinge", "rad", 1e-4, 2.0),
+        given_in(PERCENT | {"degrees": math.pi / 180, "mrad": 1e-3}),
+        typical=0.2,
+    ),
+    # A yield moment is mostly at least twice the moment under gravity. With a dispersion of 0.4, 4 % of the yield
+    # moments are below half of their median, so that few structures of a usual scatter yield under gravity.
+    "gravity_over_random_yield": Check(
+        "moment (of a brace: force) under gravity over the random yield_force that 5 % of the structures do not reach,",
+        *("1", 0.0, 1.0),
+        with_units("yield_force", {"kN m": 1e3, "MN m": 1e6}, -1)
+        | {
+            "the scatter of yield_force may be too wide (a dispersion in percent): these structures yield before the "
+            "motion": None
+        },
+    ),
+    # Designs and calibrations change sections by less than 100 times; usual mistakes are changes of the unit.
+    **{
+        f"given_{name}": Check(
+            *(f"median of the given values of {name} over the nominal value", "1", 1e-2, 1e2),
+            given_in(units) | {"they may be in another unit, or factors, which GivenFactors takes": None},
+            typical=1.0,
+        )
+        for name, units in (
+            ("elastic_modulus", {"MPa or N/mm2": 1e6, "GPa or kN/mm2": 1e9, "kPa or kN/m2": 1e3, "ksi": 6.894757e6}),
+            ("area", {"mm2": 1e-6, "cm2": 1e-4}),
+            ("second_moment", {"mm4": 1e-12, "cm4": 1e-8}),
+        )
+    },
     # Steel has 0.0012 to 0.0025; springs of braces with a short yielding part have less.
     "brace_yield_strain": Check(
         *("strain of the brace at its yield force, F_y / (E A),", "1", 5e-5, 0.05),

@@ -75,7 +75,10 @@ CHECKS: Mapping[str, Check] = {
     },
     "random_factor": Check(
         *("random factor", "1", 0.1, 10.0),
-        given_in(PERCENT) | {"it may be a value rather than a factor: RandomValue takes it": None} | _SPREAD,
+        given_in(PERCENT)
+        | {"it may be a value rather than a factor: RandomValue takes it": None}
+        | {"a change of units (1,000 or 0.001) belongs into the nominal value": lambda x: not 2e-3 < x < 500}
+        | _SPREAD,
     ),
     "given_factor": Check(
         *("given factor", "1", 0.1, 10.0),

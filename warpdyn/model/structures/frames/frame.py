@@ -256,8 +256,9 @@ class Frame(FrameStoreys, FrameMatrices):
         """Return the elastic frame as a LumpedStructure with few degrees of freedom, for histories and ensembles.
 
         Besides `mass` and `damping_ratio`, the parameters `elastic_modulus` [Pa], `area` [m2] and `second_moment` [m4]
-        can be random: one value per member (`per="member"`), or one factor for all. The shear stiffness of Timoshenko
-        members is proportional to `elastic_modulus`.
+        can be random: one value per member (`per="member"`), or one factor for all. Members with shear deformation
+        keep the ratio of `shear_modulus` to `elastic_modulus` (Poisson's ratio): a random `elastic_modulus` multiplies
+        both, and `shear_area` is not random.
 
         Args:
             dofs: Degrees of freedom to keep: diaphragms, and "node ux", "node uy" or "node rz"; None: all with mass.

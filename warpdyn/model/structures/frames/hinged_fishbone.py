@@ -34,7 +34,7 @@ class HingedFishbone(HingedStructure):
 
     Springs of the structure are the storeys ("storey 1": drift [m] and storey shear [N]) and then the hinges ("C1
     start": rotation [rad] and moment [N m]); parameters of the hinges' laws can be random with `per="spring"`, with
-    `only=` names of hinges.
+    `only=` names of hinges. A random `elastic_modulus` of a member also multiplies its `shear_modulus`.
 
     Args:
         frame: Fish-bone frame, such as the result of `fishbone`: one column per storey without shortening, and one

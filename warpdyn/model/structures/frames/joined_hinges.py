@@ -9,7 +9,7 @@ import numpy as np
 
 from warpdyn.foundations.core.checks import shortened
 from warpdyn.foundations.core.near_misses import did_you_mean
-from warpdyn.foundations.core.plausibility import meant_as_given
+from warpdyn.foundations.core.plausibility import PlausibilityFindings, meant_as_given
 from warpdyn.foundations.core.plausibility.frames import CHECKS_OF_FRAMES
 from warpdyn.model.structures.frames.fishbone import fishbone, levels_of
 from warpdyn.model.structures.frames.frame import Frame
@@ -34,6 +34,7 @@ def joined_hinges(frame: Frame, hinges: object) -> tuple[Frame, dict[End, dict[s
     """
     given = _hinges_by_end(frame, hinges)
     levels, _ = levels_of(frame, WHO)
+    findings = PlausibilityFindings()
     bone = fishbone(frame)
     arguments = bone.description()
     names, found = list(frame.members), dict[End, dict[str, Any]]()
@@ -44,14 +45,15 @@ def joined_hinges(frame: Frame, hinges: object) -> tuple[Frame, dict[End, dict[s
             for name, member in columns:
                 y = frame.coordinates[frame.ends[member], 1]
                 ends.append((name, ENDS[int(y.argmin()) if kind == 0 else int(y.argmax())]))
-            joined = _joined_hinge(frame, given, ends, f"columns of storey {place}")
+            joined = _joined_hinge(frame, given, ends, f"columns of storey {place}", findings)
             if joined is not None:
                 found[f"C{place}", end] = joined[1]
         beams = [(names[member], end) for member in level.beams for end in ENDS]
-        joined = _joined_hinge(frame, given, beams, f"beams of floor {place}")
+        joined = _joined_hinge(frame, given, beams, f"beams of floor {place}", findings)
         if joined is not None:
             stiffness, found[f"B{place}", "start"] = joined
             _put_in_series(arguments, f"B{place}", stiffness)
+    findings.warn()
     with meant_as_given(*CHECKS_OF_FRAMES):  # the warning of the given frame
         return Frame(**arguments), found
 
@@ -99,9 +101,16 @@ def _hinges_by_end(frame: Frame, given: object) -> dict[End, dict[str, Any]]:
 
 
 def _joined_hinge(
-    frame: Frame, given: Mapping[End, Mapping[str, Any]], ends: Sequence[End], what: str
+    frame: Frame,
+    given: Mapping[End, Mapping[str, Any]],
+    ends: Sequence[End],
+    what: str,
+    findings: PlausibilityFindings,
 ) -> tuple[float, dict[str, Any]] | None:
-    """Return the stiffness [N m/rad] and the law of one hinge in place of several; None if no end has a hinge."""
+    """Return the stiffness [N m/rad] and the law of one hinge in place of several; None if no end has a hinge.
+
+    Yield moments that differ implausibly are added to `findings`: their sum would hide one in another unit.
+    """
     rows = [given.get(end) for end in ends]
     if not any(rows):
         return None
@@ -119,6 +128,10 @@ def _joined_hinge(
     stiffness = np.array([frame.geometry.end_springs[names.index(member), ENDS.index(end)] for member, end in ends])
     values = {name: np.array([row[name] for row in rows if row is not None]) for name in first if name != "law"}
     strength = values.get("yield_force", stiffness)
+    if "yield_force" in values and (strength > 0).all():  # HingedFishbone refuses others
+        weak, strong = int(strength.argmin()), int(strength.argmax())
+        pair = f" ({what}; {ends[strong]!r}: {strength[strong]:.6g} N m, {ends[weak]!r}: {strength[weak]:.6g} N m)"
+        findings.add("joined_yield_moments", strength[strong] / strength[weak], pair)
     joined: dict[str, Any] = {"law": first["law"]}
     for name, each in values.items():
         weights = stiffness if name in BY_STIFFNESS else strength

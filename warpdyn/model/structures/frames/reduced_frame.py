@@ -13,6 +13,7 @@ from warpdyn.foundations.core.checks import one_of, real_number, true_or_false, 
 from warpdyn.foundations.core.frozen_values import FrozenMapping
 from warpdyn.foundations.core.near_misses import did_you_mean
 from warpdyn.model.structures.frames.choices import checked_members, checked_outputs, kept_places
+from warpdyn.model.structures.frames.members.condensation import UnstableSections
 from warpdyn.model.structures.frames.members.elements import Sections
 from warpdyn.model.structures.frames.members.forces import unit_of
 from warpdyn.model.structures.frames.members.reduced_matrices import MEMBER_PARAMETERS, ReducedMatrices
@@ -197,7 +198,38 @@ class ReducedFrame(ReducedMatrices):
                 structure, member = wrong[0]
                 of_member = f"{name} of member {list(self.frame.members)[member]!r}"
                 return f"{of_member} must be above 0, got {given[structure, member]:g} in structure {structure}"
-        return super().problem(values)
+        try:
+            return super().problem(values)
+        except UnstableSections as error:
+            return f"structure {self._first_unstable(values)}: {error}"
+
+    def _first_unstable(self, values: Mapping[str, np.ndarray]) -> int:
+        """Return the first structure whose eliminated displacements are not stable."""
+        given = [np.atleast_2d(values.get(name, nominal)) for name, nominal in self._sections_by_name.items()]
+        count = max(map(len, given))
+        for structure in range(count):
+            try:
+                self._reduced(Sections(*(np.broadcast_to(each, (count, each.shape[1]))[[structure]] for each in given)))
+            except UnstableSections:
+                return structure
+        return 0
+
+    def free_motion_problem(self, dof: str, structure: int, values: Mapping[str, np.ndarray]) -> str:
+        """Return a sentence on a structure that buckles under gravity, with its weakest random section."""
+        shares = {
+            (name, member): value / own
+            for name, nominal in self._sections_by_name.items()
+            for member, value, own in zip(self.frame.members, values[name][structure], nominal, strict=True)
+            if own > 0
+        }
+        (name, member), share = min(shares.items(), key=lambda each: each[1])
+        if not self.p_delta or share >= 1:
+            return super().free_motion_problem(dof, structure, values)
+        return (
+            f"structure {structure} buckles under gravity (P-Delta): degree of freedom {dof!r} has no positive "
+            f"stiffness. Its weakest section is {share:.3g} times the nominal one ({name} of member {member!r}). "
+            "Check gravity_load [N]"
+        )
 
     def scatter_problem(self, name: str, *, is_common_factor: bool) -> str | None:
         """Return why a parameter cannot be random: the stiffness of gauges, and single masses of a reduced frame."""

@@ -13,7 +13,7 @@ import xarray as xr
 
 from warpdyn.foundations.core.messages import warn_caller
 from warpdyn.model.structures.frames import static
-from warpdyn.model.structures.frames.members.condensation import BUCKLES
+from warpdyn.model.structures.frames.members.condensation import BUCKLES, UnstableSections
 from warpdyn.model.structures.lumped.matrices import undamped
 from warpdyn.model.structures.modal import modal_properties
 
@@ -46,7 +46,7 @@ def reduced(matrix: np.ndarray, shapes: np.ndarray, right: np.ndarray | None = N
 
 
 def condensation_under_gravity(stiffness: np.ndarray, geometric: np.ndarray, kept: np.ndarray) -> np.ndarray:
-    """Return the shapes T of `condensation` of K + K_g; a ValueError if eliminated degrees of freedom buckle.
+    """Return the shapes T of `condensation` of K + K_g; an UnstableSections if eliminated degrees of freedom buckle.
 
     With the shapes T_0 of K alone, T_0^T K T = T_0^T K T_0, so that T_0^T K_g T is the geometric stiffness that changes
     the condensed K to the condensed K + K_g.
@@ -61,7 +61,7 @@ def condensation_under_gravity(stiffness: np.ndarray, geometric: np.ndarray, kep
     try:
         np.linalg.cholesky(total[..., left, :][..., left])
     except np.linalg.LinAlgError:
-        raise ValueError(BUCKLES) from None
+        raise UnstableSections(BUCKLES) from None
     return condensation(total, kept)
 
 

@@ -134,6 +134,14 @@ class LumpedMatrices:
             return turned_influence(self.influence, values[INCIDENCE])
         return np.broadcast_to(self.influence, (len(values["mass"]), *self.influence.shape))
 
+    def free_motion_problem(self, dof: str, structure: int, values: Values) -> str:
+        """Return a sentence on a motion of one of the structures without resistance, mainly of `dof`."""
+        cause = " or buckles under the geometric stiffness" if "geometric_stiffness" in self.matrices else ""
+        return (
+            f"degree of freedom {dof!r} can move freely{cause}: no spring with an initial stiffness resists this "
+            "motion. Add a spring, or correct a direction"
+        )
+
     def of_springs(self, per_spring: np.ndarray) -> np.ndarray:
         """Return the matrix of springs with these stiffnesses or dashpots, shape [structure, dof, dof].
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -131,9 +131,19 @@ def _checked_brace(frame: Frame, member: str, row: Mapping[str, Any]) -> dict[st
     return {str(name): value for name, value in row.items()}
 
 
-def warn_of_gravity_moments(hinges: Sequence[Spring | Component], moments: np.ndarray) -> None:
-    """Warn if gravity alone makes hinges or braces yield; `moments` [N m or N]: absolute values, shape [hinge]."""
+def warn_of_gravity_moments(
+    hinges: Sequence[Spring | Component], moments: np.ndarray, implausible: Collection[str]
+) -> None:
+    """Warn if gravity alone makes hinges or braces yield.
+
+    Args:
+        hinges: The hinges.
+        moments: Their absolute moments, or forces of braces, under gravity [N m or N], shape [hinge].
+        implausible: Names of hinges whose yield_force has been warned of.
+    """
+    told = np.array([each.name in implausible for each in hinges])
     strength = np.array([each.parameters.get("yield_force", np.inf) for each in hinges])
+    strength = np.where(told, np.inf, strength)
     over = np.flatnonzero(moments > strength)
     if over.size:
         worst = int(over[np.argmax(moments[over] / strength[over])])

@@ -59,7 +59,8 @@ class HingedFrame(HingedStructure):
     Springs of the structure are the storeys ("storey 1": drift [m] and storey shear [N], of all columns and braces,
     without P-Delta) and then the hinges ("C1 start": rotation [rad] and moment [N m]; "D1 axial": elongation [m],
     without 1 % of the elastic elongation, and force [N]); parameters of the hinges' laws
-    can be random with `per="spring"`, with `only=` names of hinges.
+    can be random with `per="spring"`, with `only=` names of hinges. A random `elastic_modulus` of a member also
+    multiplies its `shear_modulus`.
 
     Args:
         frame: Frame whose masses are on rigid floors. Its geometric stiffness is "string".
@@ -126,10 +127,16 @@ class HingedFrame(HingedStructure):
             damping_modes=damping_modes,
             damping_matrix=damping_matrix,
         )
+        warn_of_gravity_moments(
+            list(self.springs[len(frame.storey_drifts) :]), self.gravity_moments, self.implausible_hinges
+        )
+
+    @cached_property
+    def gravity_moments(self) -> np.ndarray:
+        """Absolute moments of the hinges, and forces of braces, under gravity [N m or N], shape [hinge]."""
         moments = np.abs(moments_under_gravity(self.joints, self.hinged_members, self.frame_values, self.permanent))
         rows = {member: row for row, member in enumerate(self.hinged_members.members)}
-        of_hinges = np.array([moments[rows[member], end] for member, end in self.places_of_hinges])
-        warn_of_gravity_moments(list(self.springs[len(frame.storey_drifts) :]), of_hinges)
+        return np.array([moments[rows[member], end] for member, end in self.places_of_hinges])
 
     @cached_property
     def places_of_hinges(self) -> list[tuple[int, int]]:

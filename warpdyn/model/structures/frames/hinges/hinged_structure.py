@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -13,7 +14,7 @@ from warpdyn.engine.laws.elastic.parameters import Elastic
 from warpdyn.engine.laws.ibarra_medina_krawinkler.parameters import IbarraMedinaKrawinklerBilinear
 from warpdyn.foundations.core.near_misses import did_you_mean
 from warpdyn.model.structures.frames.frame import Frame
-from warpdyn.model.structures.frames.hinges.plausibility import warn_of_implausible_hinges
+from warpdyn.model.structures.frames.hinges.plausibility import implausible_hinges, warn_of_implausible_hinges
 from warpdyn.model.structures.frames.reduced_frame import ReducedFrame
 from warpdyn.model.structures.lumped.spring import Spring
 
@@ -109,6 +110,16 @@ class HingedStructure(ReducedFrame):
     def hinge_names(self) -> tuple[str, ...]:
         """Names of the hinges with laws, such as "C1 start"."""
         return tuple(f"{member} {end}" for member, end in self.hinges)
+
+    @cached_property
+    def implausible_hinges(self) -> tuple[str, ...]:
+        """Names of the hinges of whose yield_force the constructor has warned."""
+        return implausible_hinges(self)
+
+    @property
+    def gravity_moments(self) -> np.ndarray:
+        """Absolute moments of the hinges, and forces of braces, under gravity [N m or N], shape [hinge]."""
+        return np.zeros(len(self.hinges))
 
     @property
     def given_braces(self) -> dict[str, Hinge]:

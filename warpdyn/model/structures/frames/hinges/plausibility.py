@@ -1,4 +1,4 @@
-"""Find implausible yield moments of hinges and yield forces of braces, which are mostly in another unit than in SI."""
+"""Find implausible yield moments and rotations of hinges and yield forces of braces, mostly in another unit than SI."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from warpdyn.foundations.core.plausibility import PlausibilityFindings
+from warpdyn.foundations.core.plausibility.table import CHECKS
 from warpdyn.model.structures.frames.column_line import ENDS
 
 if TYPE_CHECKING:
@@ -17,17 +18,24 @@ if TYPE_CHECKING:
 LEAST_SLENDERNESS = 3.0
 STRONG_ROTATION = 1e3  # rad; stronger hinges, such as with a yield_force of 1e12 N m, are meant to stay elastic
 STRONG_STRAIN = 0.05  # the same for braces
+UNLIMITED_ROTATION = 100.0  # rad; hinges with larger plastic rotations are meant not to soften
+# Parameter of hinges -> name of its check.
+OF_PLASTIC_ROTATIONS = {
+    "plastic_drift_to_capping": "hinge_plastic_rotation",
+    "post_capping_drift": "hinge_post_capping_rotation",
+}
 
 
-def warn_of_implausible_hinges(structure: HingedStructure) -> None:
-    """Give one warning of implausible yield rotations of member ends and yield strains of braces.
+def yields_of_hinges(structure: HingedStructure) -> dict[str, dict[str, float]]:
+    """Return the yield rotations of member ends and the yield strains of braces, {check: {hinge: value}}.
 
     The yield rotation of a member end is M_y L / (6 E I): its rotation if both ends have the yield moment M_y in double
-    curvature. A frame with an elastic modulus of 1 is dimensionless, as frames of textbooks, and is not checked.
+    curvature. Members that are meant to be rigid or elastic are left out. A frame with an elastic modulus of 1 is
+    dimensionless, as frames of textbooks, and is not checked.
     """
     frame = structure.frame
     if (frame.nominal.modulus == 1.0).any():
-        return
+        return {}
     by_name = {spring.name: spring for spring in structure.springs} | structure.given_braces
     members = {name: place for place, name in enumerate(frame.members)}
     rotations, strains = {}, {}
@@ -45,8 +53,29 @@ def warn_of_implausible_hinges(structure: HingedStructure) -> None:
             rotations[name] = strength * length / (6 * modulus * inertia)
     rotations = {name: each for name, each in rotations.items() if each < STRONG_ROTATION}
     strains = {name: each for name, each in strains.items() if each < STRONG_STRAIN}
+    return {"hinge_yield_rotation": rotations, "brace_yield_strain": strains}
+
+
+def implausible_hinges(structure: HingedStructure) -> tuple[str, ...]:
+    """Return the hinges with an implausible yield_force. The constructor warns of them, later checks do not."""
+    return tuple(
+        name
+        for check, found in yields_of_hinges(structure).items()
+        for name, value in found.items()
+        if not CHECKS[check].low <= value <= CHECKS[check].high
+    )
+
+
+def warn_of_implausible_hinges(structure: HingedStructure) -> None:
+    """Give one warning of implausible yield and plastic rotations of member ends and yield strains of braces."""
     findings = PlausibilityFindings()
-    for check, found in (("hinge_yield_rotation", rotations), ("brace_yield_strain", strains)):
-        for name, value in found.items():
+    found = yields_of_hinges(structure)
+    for check, of_hinges in found.items():
+        for name, value in of_hinges.items():
             findings.add(check, value, f" of {name!r}")
+    rotating = [spring for spring in structure.springs if found and spring.name in structure.hinge_names]
+    for spring in rotating:
+        for parameter, check in OF_PLASTIC_ROTATIONS.items():
+            rotation = spring.parameters.get(parameter, np.nan)
+            findings.add(check, rotation if rotation < UNLIMITED_ROTATION else np.nan, f" {spring.name!r}")
     findings.warn()

@@ -49,6 +49,10 @@ def coefficients_to_entries(deformations: np.ndarray, place: np.ndarray) -> spar
     return sparse.coo_array((np.concatenate(values), where), shape).tocsr()
 
 
+class UnstableSections(ValueError):
+    """Error: the eliminated displacements of a frame with these sections are not stable."""
+
+
 class Condensation:
     """Elimination of all displacements but the kept ones, in an order with few new entries.
 
@@ -87,7 +91,7 @@ class Condensation:
             coefficients: Result of `stiffness_coefficients`, shape [structure, member, 4].
 
         Raises:
-            ValueError: If the eliminated displacements are not stable, for example under gravity.
+            UnstableSections: If the eliminated displacements are not stable, for example under gravity.
         """
         return self.with_loads(coefficients, np.zeros((len(coefficients), 0)))[0]
 
@@ -106,7 +110,7 @@ class Condensation:
             np.broadcast_to(loads, (len(coefficients), loads.shape[1])),
         )
         if not is_stable.all():
-            raise ValueError(self.fault)
+            raise UnstableSections(self.fault)
         return entries[:, self.of_kept], forces[:, self.kept] if forces.size else forces
 
 

@@ -96,7 +96,7 @@ class ReducedMatrices(LumpedStructure):
             return dict(found)
         count = max(map(len, given))
         sections = Sections(*(np.broadcast_to(each, (count, each.shape[1])) for each in given))
-        found = self._condensed(sections) if self.constant else self._reduced(sections)
+        found = self._reduced(sections)
         _last.reduced = weakref.ref(self), [each.copy() for each in given], found
         return dict(found)
 
@@ -127,7 +127,9 @@ class ReducedMatrices(LumpedStructure):
         return found
 
     def _reduced(self, sections: Sections) -> dict[str, np.ndarray]:
-        """Return the reduced matrices that depend on the sections, some structures after the other."""
+        """Return the reduced matrices that depend on the sections."""
+        if self.constant:
+            return self._condensed(sections)
         count, size = len(sections.modulus), self.frame.numbering.free.size
         step = max(1, min(AT_A_TIME, MOST_VALUES // (size * size)))
         values = sections.modulus, sections.area, sections.inertia

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -12,8 +13,10 @@ from warpdyn.foundations.core.units import STANDARD_GRAVITY
 if TYPE_CHECKING:
     from warpdyn.model.structures.frames.frame import Frame
 
-# Largest relative difference of gravity loads [N] and masses [kg] that are the same numbers, or differ by g twice.
-SAME_NUMBERS = 0.015
+# Gravity loads over masses [m/s2] if both are in kg or both are weights, and if loads are multiplied by g twice. Users
+# take g as 9.81 or 10 m/s2, also one value for masses and the other for loads.
+SUSPECTS = (1.0, STANDARD_GRAVITY / 10, 10 / STANDARD_GRAVITY, STANDARD_GRAVITY**2, 10 * STANDARD_GRAVITY, 100.0)
+SAME_NUMBERS = 0.015  # largest relative difference from these ratios
 # Smallest radius of gyration [m] of the sections whose mass is compared with their area. A smaller radius may be due to
 # an area that is 100 or more times as large as the real one so that members keep their lengths.
 LEAST_RADIUS = 0.05
@@ -54,9 +57,27 @@ def warn_of_implausible_tables(frame: Frame) -> None:
     if mass > 0 and loads > 0:
         findings.add("frame_gravity_over_weight", loads / (mass * STANDARD_GRAVITY))
         findings.add("frame_weight_over_gravity", mass * STANDARD_GRAVITY / loads)
-        if any(abs(loads / mass / suspect - 1) < SAME_NUMBERS for suspect in (1.0, STANDARD_GRAVITY**2)):
+        if any(abs(loads / mass / suspect - 1) < SAME_NUMBERS for suspect in SUSPECTS):
             findings.add("frame_gravity_over_mass", loads / mass)
+    _add_masses(findings, frame)
     findings.warn()
+
+
+def _add_masses(findings: PlausibilityFindings, frame: Frame) -> None:
+    """Add masses of 0, and masses of rigid floors that differ much from those of their neighbours, to `findings`."""
+    for name, row in frame.masses.items():
+        if not any(row.values()):
+            kind = "floor" if name in frame.diaphragms else "node"
+            findings.add("frame_floor_mass", 0.0, f" of {kind} {name!r}")
+    moved = {name: row.get("ux", 0.0) for name, row in frame.masses.items()}
+    of_floors = {
+        floor: sum(moved.get(name, 0.0) for name in (floor, *frame.diaphragms[floor])) for floor in frame.floors
+    }
+    heavy = [(floor, mass) for floor, mass in of_floors.items() if mass > 0]
+    pairs = list(pairwise(heavy))
+    ratios = [max(lower[1] / upper[1], upper[1] / lower[1]) for lower, upper in pairs]
+    places = [f" ({lower[0]!r}: {lower[1]:.6g} kg, {upper[0]!r}: {upper[1]:.6g} kg)" for lower, upper in pairs]
+    findings.add_each("frame_mass_of_neighbours", ratios, places.__getitem__)
 
 
 def _add_shear_and_capacities(findings: PlausibilityFindings, frame: Frame) -> None:

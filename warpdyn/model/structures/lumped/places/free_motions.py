@@ -48,8 +48,4 @@ def stiffness_problem(structure: LumpedMatrices, values: Mapping[str, np.ndarray
     _, shape = undamped(mass[[first]], stiffness[[first]], is_clipped=False)
     motion = shape[0, :, 0] * np.sqrt(np.diag(mass[first]))
     dof = structure.dof_names[int(np.abs(motion).argmax())]
-    cause = " or buckles under the geometric stiffness" if "geometric_stiffness" in structure.matrices else ""
-    return (
-        f"degree of freedom {dof!r} can move freely{cause}: no spring with an initial stiffness resists this "
-        "motion. Add a spring, or correct a direction"
-    )
+    return structure.free_motion_problem(dof, first, whole)
