@@ -22,7 +22,6 @@ from warpdyn.campaigns.reductions import workers as reducing
 from warpdyn.campaigns.running import blocks
 from warpdyn.campaigns.running.regions import job, kept_queues
 from warpdyn.engine.kernels import arguments, build, kernel_cache, queues as devices
-from warpdyn.engine.kernels.auxiliary.filling import as_words, filling_kernel, word_of
 
 pytestmark = pytest.mark.meant_as_given(
     "collapse_drift_ratio",
@@ -392,12 +391,3 @@ def test_groups_of_a_portfolio_share_the_places_on_a_gpu(pretended, monkeypatch)
         assert_close(found, wd.simulate(scene, device="cpu", **settings))
         assert found.attrs["groups"] == 3
     assert len(opened) == 4  # once a run
-
-
-@pytest.mark.parametrize("dtype", [wp.float32, wp.float64, wp.int32])
-def test_memory_is_filled_with_blank_values(dtype):
-    array = wp.array(np.ones((3, 5)), dtype=dtype, device="cpu")
-    value = 7 if dtype is wp.int32 else np.nan
-    words = as_words(array)
-    wp.launch(kernel_cache.loaded(filling_kernel()), words.size, [words, word_of(value)], device="cpu")
-    np.testing.assert_array_equal(array.numpy(), np.full((3, 5), value))

@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 import warp as wp
 
+from warpdyn.engine.device.filling import as_words, filling_kernel, word_of
 from warpdyn.engine.kernels.arguments import as_field, blank_value, check_held, wrapped
-from warpdyn.engine.kernels.auxiliary.filling import as_words, filling_kernel, word_of
 from warpdyn.engine.kernels.build import load_kernel
 from warpdyn.engine.kernels.kernel_cache import THREADS_OF_A_BLOCK, initialise, loaded
 from warpdyn.engine.kernels.plan import Plan, output_struct, structs

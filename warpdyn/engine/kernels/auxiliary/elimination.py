@@ -17,7 +17,7 @@ from warpdyn.engine.kernels.kernel_cache import loaded
 
 
 class Elimination(NamedTuple):
-    """What all structures share: entries of the stiffness from coefficients, and the order of the elimination.
+    """Data that all structures share: entries of the stiffness from coefficients, and the order of the elimination.
 
     Args:
         constant: Part of each entry that is equal in all structures, shape [entry].
@@ -89,7 +89,7 @@ def eliminated(
     Several threads may call this function at the same time.
 
     Args:
-        shared: What all structures share.
+        shared: Data that all structures share.
         coefficients: Coefficients of the members [N/m], [N] and [N m], shape [structure, coefficient].
         loads: Loads on all displacements [N] and [N m], shape [structure, displacement]; without displacements: none.
     """

@@ -118,7 +118,7 @@ class ReducedMatrices(LumpedStructure):
         return {"stiffness": stiffness, "geometric": geometric, "mass": mass, "shapes": shapes, "softened": softened}
 
     def _condensed(self, sections: Sections) -> dict[str, np.ndarray]:
-        """Return the matrices of structures of which only stiffness and geometric stiffness depend on the sections."""
+        """Return stiffness and geometric stiffness of structures whose other matrices do not depend on the sections."""
         coefficients = stiffness_coefficients(self.frame.geometry, sections)
         elastic, under_gravity = self.condensations
         found = {"stiffness": elastic.condensed(coefficients)}

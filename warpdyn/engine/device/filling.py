@@ -29,5 +29,5 @@ def as_words(array: wp.array) -> wp.array:
 
 
 def word_of(value: float) -> int:
-    """Return the integer whose bits fill memory with a value: NaN, of which all bits are set, or an integer."""
+    """Return the integer whose bits fill memory with a value: -1 for NaN (all bits are set), or the integer itself."""
     return -1 if np.isnan(value) else int(value)
