@@ -20,9 +20,8 @@ from warpdyn.model.ground_motions.excitation import MOST_STEPS
 # a range of structures, each rerun may take at most MOST_COST times the steps of the range's earlier samples, or
 # ALWAYS_AFFORDED steps times storeys (0.1 to 1 s for most laws, a few seconds for the slowest): if most of a run fails,
 # it needs another method. A CPU integrates rows of ROW samples, so that one sample takes as long as ROW samples.
-# The kernel of frames whose joints are a grid divides steps itself. Of 748,000 histories of a four-storey frame, 889 had
-# no equilibrium, 569 after two reruns, and 448 after a third, which took as long on a GPU as both others.
-MOST_RERUNS, MOST_COST, ALWAYS_AFFORDED, ROW, MOST_RERUNS_OF_GRIDS = 10, 2, 3e7, 16, 2
+MOST_RERUNS, MOST_COST, ALWAYS_AFFORDED, ROW = 10, 2, 3e7, 16
+MOST_RERUNS_OF_GRIDS = 2  # of 748,000 histories of a frame, 889 had no equilibrium, 569 after 2 reruns, 448 after 3
 # A range contains whole structures, which together have at most this many samples, or one structure. It depends only on
 # the scene, so that results do not depend on blocks, regions, devices, or failures outside of the range.
 SAMPLES_OF_A_RANGE = 2**12
