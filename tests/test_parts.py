@@ -140,7 +140,7 @@ def test_no_kernel_is_shown_that_would_not_run(scene, settings, message):
 
 
 def test_flags_of_the_user_come_first(monkeypatch):
-    own = "-ffp-contract=fast -mprefer-vector-width=512"
+    own = "-fpch-instantiate-templates -ffp-contract=fast -mprefer-vector-width=512"
     for configured, first in ((None, "-march=native "), ("", ""), ("-march=x86-64-v3", "-march=x86-64-v3 ")):
         monkeypatch.setattr(wp.config, "cpu_compiler_flags", configured)
         assert build.options(PLAIN)["cpu_compiler_flags"] == first + own

@@ -4,6 +4,7 @@ import functools
 
 import warp as wp
 
+from warpdyn.engine.device.processor import small_options
 from warpdyn.engine.laws.biaxial.functions import biaxial_functions
 from warpdyn.engine.laws.springs import Variant
 
@@ -16,7 +17,7 @@ def biaxial_path_kernel(law: Variant) -> wp.Kernel:
     coefficient_vector = wp.types.vector(length=C, dtype=wp.float64)
     memory_vector = wp.types.vector(length=functions.memory, dtype=wp.float64)
 
-    @wp.kernel(module="unique", enable_backward=False)
+    @wp.kernel(module="unique", enable_backward=False, module_options=small_options())
     def follow_biaxial_path(
         coefficients: wp.array(dtype=wp.float64),
         path: wp.array2d(dtype=wp.float64),  # [step, component]

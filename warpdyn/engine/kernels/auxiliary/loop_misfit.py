@@ -8,6 +8,7 @@ import functools
 
 import warp as wp
 
+from warpdyn.engine.device.processor import small_options
 from warpdyn.engine.laws.devices.viscous_damper import damper_force
 from warpdyn.engine.laws.springs import StoreyRules, spring_row
 
@@ -27,7 +28,7 @@ def loop_misfit_kernel(law: StoreyRules, *, has_damper: bool) -> wp.Kernel:
     coefficient_vector = wp.types.vector(length=C, dtype=wp.float64)
     memory_vector = wp.types.vector(length=max(1, spring.memory), dtype=wp.float64)
 
-    @wp.kernel(module="unique", enable_backward=False, module_options={"max_unroll": 1})
+    @wp.kernel(module="unique", enable_backward=False, module_options=small_options(max_unroll=1))
     def compare_loops(
         coefficients: wp.array2d(dtype=wp.float64),  # [coefficient, candidate]
         longest: wp.array(dtype=wp.float64),  # longest change of the drift in one step of the law [candidate]

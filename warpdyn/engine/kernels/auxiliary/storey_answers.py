@@ -4,6 +4,7 @@ import functools
 
 import warp as wp
 
+from warpdyn.engine.device.processor import small_options
 from warpdyn.engine.kernels.plan import DTYPES
 from warpdyn.engine.laws.springs import StoreyRules, spring_row
 
@@ -45,7 +46,7 @@ def storey_answers_kernel(rules: StoreyRules, dtype: str) -> wp.Kernel:
     memory_vector = wp.types.vector(length=MEMORY, dtype=number)
 
     # Loops stay rolled: most of the time is compilation.
-    @wp.kernel(module="unique", enable_backward=False, module_options={"max_unroll": 1})
+    @wp.kernel(module="unique", enable_backward=False, module_options=small_options(max_unroll=1))
     def follow(
         coefficients: wp.array2d(dtype=number),
         drift: wp.array2d(dtype=number),

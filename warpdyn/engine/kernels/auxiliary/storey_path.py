@@ -7,6 +7,7 @@ import functools
 
 import warp as wp
 
+from warpdyn.engine.device.processor import small_options
 from warpdyn.engine.kernels.plan import DTYPES
 from warpdyn.engine.laws.springs import StoreyRules, spring_row
 
@@ -25,7 +26,7 @@ def storey_path_kernel(law: StoreyRules, dtype_name: str) -> wp.Kernel:
     coefficient_vector = wp.types.vector(length=C, dtype=dtype)
     memory_vector = wp.types.vector(length=max(1, spring.memory), dtype=dtype)
 
-    @wp.kernel(module="unique", enable_backward=False)
+    @wp.kernel(module="unique", enable_backward=False, module_options=small_options())
     def follow_storey_path(
         coefficients: wp.array2d(dtype=dtype),  # [coefficient, storey]
         drift: wp.array2d(dtype=dtype),  # [step, storey]

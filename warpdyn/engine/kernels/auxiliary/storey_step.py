@@ -4,6 +4,7 @@ import functools
 
 import warp as wp
 
+from warpdyn.engine.device.processor import small_options
 from warpdyn.engine.laws.springs import StoreyRules, spring_row
 
 
@@ -25,7 +26,7 @@ def storey_step_kernel(law: StoreyRules) -> wp.Kernel:
     coefficient_vector = wp.types.vector(length=C, dtype=wp.float64)
     memory_vector = wp.types.vector(length=M, dtype=wp.float64)
 
-    @wp.kernel(module="unique", enable_backward=False)
+    @wp.kernel(module="unique", enable_backward=False, module_options=small_options())
     def try_storey_step(
         coefficients: wp.array2d(dtype=wp.float64),  # [coefficient, storey]
         accepted_drift: wp.array(dtype=wp.float64),

@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 
 import warp as wp
 
+from warpdyn.engine.device.processor import small_options
 from warpdyn.engine.kernels.plan import DTYPES, structs
 from warpdyn.engine.kernels.preparing.text import INTEGERS, REALS, TABLE, PreparingKernel, launch
 from warpdyn.engine.tracing.nodes import Node
@@ -207,7 +208,7 @@ def entry_of(
     return entry
 
 
-@wp.kernel(module="unique", enable_backward=False)
+@wp.kernel(module="unique", enable_backward=False, module_options=small_options())
 def sorting_keys(
     count: int,
     per_structure: int,
@@ -241,7 +242,7 @@ def sorting_keys(
     order[k] = k
 
 
-@wp.kernel(module="unique", enable_backward=False)
+@wp.kernel(module="unique", enable_backward=False, module_options=small_options())
 def starts_of_groups(count: int, keys: wp.array(dtype=wp.int64), counts: wp.array(dtype=wp.int32)):
     """Write, for each number of substeps, the position of its first sample in the sorted order to `counts`."""
     k = wp.tid()
