@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import functools
+
 import numpy as np
 import pytest
 import xarray as xr
@@ -13,7 +15,11 @@ from warpdyn import plots
 pytestmark = pytest.mark.fast
 
 BUILDING = wd.ShearBuilding.from_hazus("C1M", "high", 5)
-PUSHED = wd.pushover(BUILDING, np.linspace(0, 0.3, 61)[1:])
+
+
+@functools.cache
+def pushed_over() -> xr.Dataset:
+    return wd.pushover(BUILDING, np.linspace(0, 0.3, 61)[1:])
 
 
 def words(figure: Figure) -> list[str]:
@@ -58,7 +64,9 @@ def test_isolators_and_dampers_are_no_storeys() -> None:
 
 
 def test_large_displacements_are_written_in_full() -> None:
-    pushed = PUSHED.assign(roof_displacement=PUSHED["roof_displacement"] / PUSHED["roof_displacement"].max())
+    pushed = pushed_over().assign(
+        roof_displacement=pushed_over()["roof_displacement"] / pushed_over()["roof_displacement"].max()
+    )
     labels = [each.get_text() for each in plots.pushover_curve(pushed).axes[1].get_legend().get_texts()]
     assert labels[-1] == "1000 mm"
 
@@ -70,17 +78,17 @@ def test_drawings_of_low_and_tall_buildings(storeys: int) -> None:
 
 
 def test_pushover_and_hysteresis_are_drawn_from_one_dataset() -> None:
-    curve, profile = plots.pushover_curve(PUSHED).axes
+    curve, profile = plots.pushover_curve(pushed_over()).axes
     line = curve.lines[0]
-    np.testing.assert_allclose(line.get_xdata()[1:], 1000 * PUSHED["roof_displacement"])
-    np.testing.assert_allclose(line.get_ydata()[1:], PUSHED["base_shear"] / 1e6)
+    np.testing.assert_allclose(line.get_xdata()[1:], 1000 * pushed_over()["roof_displacement"])
+    np.testing.assert_allclose(line.get_ydata()[1:], pushed_over()["base_shear"] / 1e6)
     # A storey's drift is drawn from its floor to its ceiling, at half its height too.
     outline = profile.lines[-1]
     assert outline.get_drawstyle() == "steps-post"
-    np.testing.assert_allclose(outline.get_xdata()[1:], 1000 * PUSHED["storey_drift"].values[-1])
-    panels = plots.hysteresis(PUSHED).axes
+    np.testing.assert_allclose(outline.get_xdata()[1:], 1000 * pushed_over()["storey_drift"].values[-1])
+    panels = plots.hysteresis(pushed_over()).axes
     assert len(panels) == 5
-    np.testing.assert_allclose(panels[4].lines[0].get_ydata(), PUSHED["storey_force"].values[:, 4] / 1e6)
+    np.testing.assert_allclose(panels[4].lines[0].get_ydata(), pushed_over()["storey_force"].values[:, 4] / 1e6)
 
 
 def test_the_pushover_of_a_lumped_structure_shows_its_translational_springs() -> None:
@@ -120,6 +128,6 @@ def test_a_dataset_without_a_pushover_is_refused() -> None:
 def test_a_single_step_or_storey_is_refused_in_words(part: dict[str, int]) -> None:
     for plot in (plots.pushover_curve, plots.hysteresis):
         with pytest.raises(ValueError, match=r"select steps and storeys by isel\(step=\[...\], storey=\[...\]\)"):
-            plot(PUSHED.isel(part))
+            plot(pushed_over().isel(part))
     with pytest.raises(ValueError, match="the dataset has no steps"):
-        plots.pushover_curve(PUSHED.isel(step=[]))
+        plots.pushover_curve(pushed_over().isel(step=[]))
