@@ -381,3 +381,8 @@ def test_uncontrolled_kernels_contain_nothing_of_control():
         text = wd.kernels.source(wd.Scene(CHAIN, wd.Cloud([MOTION]), recorders=recorders), method=method, device="cpu")
         assert "control_force" not in text
         assert "steps_of_sampling" not in text
+
+
+def test_parameters_of_controllers_are_given_by_name():
+    with pytest.raises(TypeError, match=r"takes its parameters by name: ConstantCommand\(value=\.\.\.\)"):
+        control.ConstantCommand(1e5)

@@ -1,8 +1,7 @@
-"""What is queued on GPUs, played on the CPU: streams whose work is done only when somebody waits for it.
+"""Queues of GPUs, played on the CPU: streams whose work is done only when somebody waits for it.
 
-Nothing here needs a GPU. A wait that is missing shows, since what it should have waited for has then not been done, and
-so does memory that is used again too early. In a second play the streams beside a queue's first do their work at once
-instead, as far as they need not wait.
+A missing wait is found, because the work for which it should have waited is not done, and so is memory that is used
+again too early. In a second play all streams but the first of a queue do their work at once, if they need not wait.
 """
 
 import threading
@@ -53,8 +52,8 @@ class Wait:
 class Stream:
     """Work in its order, put off as long as can be or, if it hurries, done as soon as can be."""
 
-    def __init__(self, hurries=False):
-        self.work, self.hurries = deque(), hurries
+    def __init__(self, hurries=False, priority=0):
+        self.work, self.hurries, self.priority = deque(), hurries, priority
 
     def add(self, work):
         with AT_A_TIME:
@@ -106,10 +105,8 @@ class Pretended:
         self.count, self.hurries, self.streams, self.launches, self.pinned = count, hurries, 0, [], []
 
     def Stream(self, device, priority=0):
-        """Return a stream; of those of a queue, the first one makes the copies."""
-        of_a_queue = 1 + 2 * devices.STREAMS_OF_A_BLOCK
-        self.streams += 1
-        return Stream(self.hurries and self.streams % of_a_queue != 1)
+        self.streams += 1  # of a queue: the first one makes the copies
+        return Stream(self.hurries and self.streams != 1, priority)
 
     def __getattr__(self, name):
         return getattr(wp, name)
@@ -151,7 +148,7 @@ class Pretended:
         if stream is None:
             wp.launch(kernel, dim=dim, inputs=inputs, device=device)
             return
-        self.launches.append((stream, dim))
+        self.launches.append((stream, kernel.key))
         stream.add(lambda: wp.launch(kernel, dim=dim, inputs=inputs, device="cpu"))
 
     def synchronize_event(self, event):
@@ -187,6 +184,13 @@ def pretended(request, monkeypatch):
     for module in (devices, reducing):
         monkeypatch.setattr(module, "loaded", lambda kernel, device="cpu": kernel_cache.loaded(kernel))
     monkeypatch.setattr(kept_queues, "_kept", {})
+    opened = devices.CudaQueue.__init__
+
+    def open_queue(*given):
+        shim.streams = 0
+        opened(*given)
+
+    monkeypatch.setattr(devices.CudaQueue, "__init__", open_queue)
     monkeypatch.setattr(devices, "load_kernel", lambda plan, device: build.load_kernel(plan, "cpu"))
     for module in ("integration.settings", "running.blocks", "running.regions.kept_queues"):
         monkeypatch.setattr(f"warpdyn.campaigns.{module}.free_memory", lambda device: 2**34)
@@ -235,7 +239,8 @@ def test_gpus_give_what_the_processor_gives(pretended, monkeypatch, tmp_path):
         divided = wd.simulate(scene, device=device, **SETTINGS)
         assert_same_bits(one, divided)
         assert divided.attrs["seconds_in_kernels"] > 0
-        assert len(pretended.launches) > 12 * 3  # motions of three kinds of steps in each block
+        histories = [kernel for _, kernel in pretended.launches if "integrate" in kernel]
+        assert len(histories) > 12 * 3  # motions of three kinds of steps in each block
     assert divided.attrs["device"] == "cuda:1 (pretended cuda:1), cuda:0 (pretended cuda:0)"
     with wd.simulate(scene, device="cuda", path=tmp_path / "run.nc", **SETTINGS) as read:
         assert_same_bits(one, read.load())
@@ -252,7 +257,9 @@ def test_failures_are_run_again_beside_other_blocks(pretended, monkeypatch):
     assert len(np.unique(whole["integration_step"])) >= 4
     blocks_of(monkeypatch, 7)
     assert_close(wd.simulate(scene, device="cuda", **settings), whole)
-    # Statistics that are made on the GPU see what was run again.
+    # Fills and reruns do not wait for the histories of other blocks.
+    priorities = {(stream.priority, "fill" in kernel) for stream, kernel in pretended.launches}
+    assert priorities == {(devices.URGENT, True), (devices.URGENT, False), (0, False)}
     settings["statistics"] = wd.DemandMoments("peak_storey_drift_ratio", over="structure")
     found = wd.simulate(scene, device="cuda", **settings)
     np.testing.assert_allclose(

@@ -17,7 +17,7 @@ def compared(variant, c, scale):
     moment did not change its sign in the trial, or if the line ended near zero moment.
     """
     follow, held, line, along, vector, memories = functions_and_types(variant, wp.float64)
-    near_zero = wp.constant(wp.float64(NEAR_ZERO * scale))
+    near_zero = wp.constant(wp.float64(100 * NEAR_ZERO * scale))  # of a weak hinge beside strong ones
 
     @wp.kernel
     def walk(

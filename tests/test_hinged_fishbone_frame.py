@@ -54,7 +54,18 @@ def test_one_yield_moment_in_another_unit_among_joined_hinges_is_named():
     with pytest.warns(UserWarning, match=meant) as caught:
         wd.HingedFishbone.from_frame(frame, hinges)
     assert len(caught) == 1
-    hinges["C1_2", "start"] = STEEL | {"yield_force": 3e4}  # a weak column
+    for strength in (3e4, 1e12):  # a weak column, and one that is meant to stay elastic
+        hinges["C1_2", "start"] = STEEL | {"yield_force": strength}
+        wd.HingedFishbone.from_frame(frame, hinges)
+
+
+def test_a_wall_beside_columns_gives_no_warning():
+    description = portal().description()
+    description["sections"]["wall"] = {"elastic_modulus": 3e10, "area": 1.5, "second_moment": 4.5}
+    description["members"]["C1_2"] |= {"section": "wall", "spring_start": 2.025e12, "spring_end": 2.025e12}
+    frame = wd.Frame(**description)
+    wall = STEEL | {"yield_force": 5e7}
+    hinges = hinges_of(frame) | {("C1_2", end): wall for end in ("start", "end")}
     wd.HingedFishbone.from_frame(frame, hinges)
 
 

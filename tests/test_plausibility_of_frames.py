@@ -95,7 +95,7 @@ def test_given_sections_in_other_units_are_warned_of(name, factor, meant):
 @pytest.mark.parametrize("mean", [1000.0, 0.001])
 def test_factors_that_change_the_unit_are_warned_of(mean):
     factor = wd.RandomFactor(wd.Lognormal(mean, 0.1), per="member", only=("C1_1",))
-    with pytest.warns(UserWarning, match=r"random factor of second_moment is .* a change of units .1,000 or 0.001."):
+    with pytest.warns(UserWarning, match=r"random factor of second_moment is .* for a change of units, multiply"):
         warn_of_implausible(wd.Scene(structure(), MOTION, {"second_moment": factor}))
 
 
@@ -135,3 +135,21 @@ def test_random_yield_moments_below_those_under_gravity_are_warned_of():
         with pytest.warns(UserWarning, match=text) as caught:
             warn_of_implausible(wd.Scene(frame, MOTION, {"yield_force": spread}))
         assert len(caught) == 1
+
+
+def test_a_hinge_that_stays_elastic_gives_no_warning():
+    warn_of_implausible(wd.Scene(with_hinges(1e13), MOTION, {}))
+
+
+def test_the_gravity_check_is_kept_where_that_of_yield_rotations_is_turned_off():
+    with (
+        wd.meant_as_given("hinge_yield_rotation"),
+        pytest.warns(UserWarning, match="gravity alone exceeds the yield moment"),
+    ):
+        with_hinges(300.0)
+
+
+def test_masses_of_zero_are_refused_with_the_degree_of_freedom():
+    frame = with_hinges(4e5)
+    problem = frame.problem(dict(frame.parameters) | {"mass": np.array([[1e5], [0.0]])})
+    assert problem.startswith("mass [kg] of degree of freedom 'floor 1' must be above 0, got 0 in structure 1")

@@ -155,7 +155,10 @@ def _sample(known: Parameter) -> float:
 
 
 def _refusing_unknown_names(cls: type[Controller], initialise: Callable[..., None]) -> Callable[..., None]:
-    def checked(self: Controller, **values: Any) -> None:
+    def checked(self: Controller, *unnamed: Any, **values: Any) -> None:
+        if unnamed:
+            names = ", ".join(f"{name}=..." for name in cls.parameters)
+            raise TypeError(f"{cls.__name__} takes its parameters by name: {cls.__name__}({names})")
         for name in values:
             if name not in cls.parameters:
                 hint, known = did_you_mean(name, list(cls.parameters)), ", ".join(cls.parameters) or "none"

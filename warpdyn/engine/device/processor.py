@@ -71,7 +71,7 @@ def module_options(
 
 
 def small_options(**others: object) -> dict[str, object]:
-    """Return the options of the Warp module of a kernel with little work, which is compiled with Warp's own flags."""
+    """Return the options of the Warp module of a kernel with little work: only the flags that all kernels have."""
     return {"cpu_compiler_flags": _first_flags(), **others}
 
 

@@ -272,11 +272,11 @@ class CudaQueue:
         """Return a struct Output with blank GPU arrays, of the transposed shapes of `into` (last index: sample)."""
         struct = output_struct(dtype, into)
         instance = struct()
-        kernel = loaded(filling_kernel(), self.device)
         for name, values in into.items():
             array = self._array(("Output", name), values.T.shape, struct.vars[name].type.dtype)
-            inputs = [as_words(array), word_of(blank_value(struct, name))]
-            wp.launch(kernel, dim=inputs[0].size, inputs=inputs, stream=self.stream, block_dim=THREADS_OF_A_BLOCK)
+            words, word = as_words(array), word_of(blank_value(struct, name))
+            kernel = loaded(filling_kernel(words.dtype), self.device)
+            wp.launch(kernel, dim=words.size, inputs=[words, word], stream=self.stream, block_dim=THREADS_OF_A_BLOCK)
             setattr(instance, name, array)
         return instance
 

@@ -40,6 +40,7 @@ def add_lumped(
         where: Words that identify the structure, such as " of archetype 'old'", or "".
     """
     rotates = np.array(structure.kinds.rotating["spring"])
+    is_frame = hasattr(structure, "frame")  # runs of other structures do not import frames
     names = structure.names_along("spring")
 
     def add(check: str, quantity: np.ndarray) -> None:
@@ -58,21 +59,24 @@ def add_lumped(
         with np.errstate(divide="ignore", invalid="ignore"):
             yields = np.where(values["stiffness"] > 0, values["yield_force"] / values["stiffness"], np.nan)
         # The constructor has warned of these hinges.
-        told = np.isin(names, list(getattr(structure, "implausible_hinges", ())))
-        told &= values["yield_force"] == structure.parameters["yield_force"]
-        yields = np.where(told, np.nan, yields)
+        is_warned = np.isin(names, list(getattr(structure, "implausible_hinges", ())))
+        is_warned &= values["yield_force"] == structure.parameters["yield_force"]
+        yields = np.where(is_warned, np.nan, yields)
+        if is_frame:
+            from warpdyn.model.structures.frames.hinges.plausibility import STRONG_ROTATION
+
+            yields = np.where(rotates & (yields >= STRONG_ROTATION), np.nan, yields)  # hinges that stay elastic
         add("spring_yield_deformation", np.where(rotates, np.nan, yields))
         add("spring_yield_rotation", np.where(rotates, yields, np.nan))
         strength = np.nansum(np.where(rotates, np.nan, values["yield_force"]))
         moving = values["mass"][~np.array(structure.kinds.rotating["dof"])].sum()
-        if strength > 0 and moving > 0 and not told.any():
+        if strength > 0 and moving > 0 and not is_warned.any():
             findings.add("springs_yield_over_weight", strength / (STANDARD_GRAVITY * moving), where)
     if structure.storeys:
         heights = values["height"]
         if not isinstance(structure, FlexuralShearBuilding | TorsionalBuilding):
             heights = np.where(heights < LEAST_STOREY_HEIGHT, np.nan, heights)  # may be bearings
         findings.add("storey_height", heights, where, along="storey")
-    is_frame = hasattr(structure, "frame")  # runs of other structures do not import frames
     if (is_frame or isinstance(structure, FlexuralShearBuilding)) and structure.storeys > 1:
         ratio = structure.fundamental_period / values["height"].sum()
         findings.add("first_period_over_height", ratio, where)

@@ -10,7 +10,7 @@ from warpdyn.foundations.core.plausibility.check import DASHPOT, LENGTH, PERCENT
 _SPEED = {"km/h": 1 / 3.6, "mph": 0.44704, "knots": 1852 / 3600}
 _LONG_TIME = TIME | {"minutes": 60.0, "hours": 3600.0}
 
-LEAST_EFFECT = 5e-3  # acceleration due to an actuator over that due to the excitation; smaller ones have no effect
+LEAST_EFFECT = 5e-3  # acceleration due to an actuator over that due to the excitation; smaller ones count as none
 
 # The bounds are far outside of what engineers use. They find other units and exchanged values, not rare structures.
 CHECKS_OF_WIND: Mapping[str, Check] = {

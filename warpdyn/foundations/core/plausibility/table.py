@@ -77,7 +77,7 @@ CHECKS: Mapping[str, Check] = {
         *("random factor", "1", 0.1, 10.0),
         given_in(PERCENT)
         | {"it may be a value rather than a factor: RandomValue takes it": None}
-        | {"a change of units (1,000 or 0.001) belongs into the nominal value": lambda x: not 2e-3 < x < 500}
+        | {"for a change of units, multiply the nominal value instead": lambda x: not 2e-3 < x < 500}
         | _SPREAD,
     ),
     "given_factor": Check(

@@ -13,6 +13,7 @@ from warpdyn.foundations.core.plausibility import PlausibilityFindings, meant_as
 from warpdyn.foundations.core.plausibility.frames import CHECKS_OF_FRAMES
 from warpdyn.model.structures.frames.fishbone import fishbone, levels_of
 from warpdyn.model.structures.frames.frame import Frame
+from warpdyn.model.structures.frames.hinges.plausibility import STRONG_ROTATION, yield_rotations
 
 ENDS = ("start", "end")
 SUMMED = ("yield_force",)
@@ -109,7 +110,8 @@ def _joined_hinge(
 ) -> tuple[float, dict[str, Any]] | None:
     """Return the stiffness [N m/rad] and the law of one hinge in place of several; None if no end has a hinge.
 
-    Yield moments that differ implausibly are added to `findings`: their sum would hide one in another unit.
+    Yield rotations of their members that differ implausibly are added to `findings`: the sum of the yield moments would
+    hide one in another unit.
     """
     rows = [given.get(end) for end in ends]
     if not any(rows):
@@ -129,9 +131,12 @@ def _joined_hinge(
     values = {name: np.array([row[name] for row in rows if row is not None]) for name in first if name != "law"}
     strength = values.get("yield_force", stiffness)
     if "yield_force" in values and (strength > 0).all():  # HingedFishbone refuses others
-        weak, strong = int(strength.argmin()), int(strength.argmax())
-        pair = f" ({what}; {ends[strong]!r}: {strength[strong]:.6g} N m, {ends[weak]!r}: {strength[weak]:.6g} N m)"
-        findings.add("joined_yield_moments", strength[strong] / strength[weak], pair)
+        rotations = yield_rotations(frame, [names.index(member) for member, _ in ends], strength)
+        usual = np.where(rotations < STRONG_ROTATION, rotations, np.nan)
+        if np.isfinite(usual).any():
+            weak, strong = int(np.nanargmin(usual)), int(np.nanargmax(usual))
+            pair = f" ({what}; {ends[strong]!r}: {strength[strong]:.6g} N m, {ends[weak]!r}: {strength[weak]:.6g} N m)"
+            findings.add("joined_yield_rotations", usual[strong] / usual[weak], pair)
     joined: dict[str, Any] = {"law": first["law"]}
     for name, each in values.items():
         weights = stiffness if name in BY_STIFFNESS else strength

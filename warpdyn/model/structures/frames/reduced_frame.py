@@ -190,7 +190,13 @@ class ReducedFrame(ReducedMatrices):
         return None
 
     def problem(self, values: Mapping[str, np.ndarray]) -> str | None:
-        """Return a sentence on a member without stiffness or another wrong value; None if all values are right."""
+        """Return a sentence on a mass or a member without stiffness or another wrong value; None if all are right."""
+        mass = np.atleast_2d(values.get("mass", self.nominal_mass))
+        wrong = np.argwhere(~(mass > 0))
+        if wrong.size:
+            structure, dof = wrong[0]
+            of_dof = f"mass [kg] of degree of freedom {self.dof_names[dof]!r}"
+            return f"{of_dof} must be above 0, got {mass[structure, dof]:g} in structure {structure}"
         for name, nominal in self._sections_by_name.items():
             given = np.atleast_2d(values.get(name, nominal))
             wrong = np.argwhere((nominal > 0) & ~(given > 0))
@@ -201,10 +207,11 @@ class ReducedFrame(ReducedMatrices):
         try:
             return super().problem(values)
         except UnstableSections as error:
-            return f"structure {self._first_unstable(values)}: {error}"
+            structure = self._first_unstable(values)
+            return str(error) if structure is None else f"structure {structure}: {error}"
 
-    def _first_unstable(self, values: Mapping[str, np.ndarray]) -> int:
-        """Return the first structure whose eliminated displacements are not stable."""
+    def _first_unstable(self, values: Mapping[str, np.ndarray]) -> int | None:
+        """Return the first structure whose eliminated displacements are not stable; None if it is not known."""
         given = [np.atleast_2d(values.get(name, nominal)) for name, nominal in self._sections_by_name.items()]
         count = max(map(len, given))
         for structure in range(count):
@@ -212,7 +219,7 @@ class ReducedFrame(ReducedMatrices):
                 self._reduced(Sections(*(np.broadcast_to(each, (count, each.shape[1]))[[structure]] for each in given)))
             except UnstableSections:
                 return structure
-        return 0
+        return None
 
     def free_motion_problem(self, dof: str, structure: int, values: Mapping[str, np.ndarray]) -> str:
         """Return a sentence on a structure that buckles under gravity, with its weakest random section."""
@@ -228,7 +235,7 @@ class ReducedFrame(ReducedMatrices):
         return (
             f"structure {structure} buckles under gravity (P-Delta): degree of freedom {dof!r} has no positive "
             f"stiffness. Its weakest section is {share:.3g} times the nominal one ({name} of member {member!r}). "
-            "Check gravity_load [N]"
+            f"Reduce the scatter of {name}, or correct gravity_load [N]"
         )
 
     def scatter_problem(self, name: str, *, is_common_factor: bool) -> str | None:

@@ -141,9 +141,9 @@ def warn_of_gravity_moments(
         moments: Their absolute moments, or forces of braces, under gravity [N m or N], shape [hinge].
         implausible: Names of hinges whose yield_force has been warned of.
     """
-    told = np.array([each.name in implausible for each in hinges])
+    is_warned = np.array([each.name in implausible for each in hinges])
     strength = np.array([each.parameters.get("yield_force", np.inf) for each in hinges])
-    strength = np.where(told, np.inf, strength)
+    strength = np.where(is_warned, np.inf, strength)
     over = np.flatnonzero(moments > strength)
     if over.size:
         worst = int(over[np.argmax(moments[over] / strength[over])])

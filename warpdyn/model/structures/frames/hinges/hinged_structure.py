@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -14,7 +13,7 @@ from warpdyn.engine.laws.elastic.parameters import Elastic
 from warpdyn.engine.laws.ibarra_medina_krawinkler.parameters import IbarraMedinaKrawinklerBilinear
 from warpdyn.foundations.core.near_misses import did_you_mean
 from warpdyn.model.structures.frames.frame import Frame
-from warpdyn.model.structures.frames.hinges.plausibility import implausible_hinges, warn_of_implausible_hinges
+from warpdyn.model.structures.frames.hinges.plausibility import warn_of_implausible_hinges
 from warpdyn.model.structures.frames.reduced_frame import ReducedFrame
 from warpdyn.model.structures.lumped.spring import Spring
 
@@ -104,17 +103,13 @@ class HingedStructure(ReducedFrame):
             damping_modes=damping_modes,
             damping_matrix=damping_matrix,
         )
-        warn_of_implausible_hinges(self)
+        # Hinges with an implausible yield_force of which a warning has been given.
+        self.implausible_hinges = warn_of_implausible_hinges(self)
 
     @property
     def hinge_names(self) -> tuple[str, ...]:
         """Names of the hinges with laws, such as "C1 start"."""
         return tuple(f"{member} {end}" for member, end in self.hinges)
-
-    @cached_property
-    def implausible_hinges(self) -> tuple[str, ...]:
-        """Names of the hinges of whose yield_force the constructor has warned."""
-        return implausible_hinges(self)
 
     @property
     def gravity_moments(self) -> np.ndarray:

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from warpdyn.foundations.core.plausibility import PlausibilityFindings
-from warpdyn.foundations.core.plausibility.table import CHECKS
 from warpdyn.model.structures.frames.column_line import ENDS
 
 if TYPE_CHECKING:
+    from warpdyn.model.structures.frames.frame import Frame
     from warpdyn.model.structures.frames.hinges.hinged_structure import HingedStructure
 
 # Members whose length is below this number of radii of gyration are rigid parts of joints or walls. Their hinges are
@@ -22,8 +23,25 @@ UNLIMITED_ROTATION = 100.0  # rad; hinges with larger plastic rotations are mean
 # Parameter of hinges -> name of its check.
 OF_PLASTIC_ROTATIONS = {
     "plastic_drift_to_capping": "hinge_plastic_rotation",
+    "plastic_drift_to_capping_negative": "hinge_plastic_rotation",
     "post_capping_drift": "hinge_post_capping_rotation",
+    "post_capping_drift_negative": "hinge_post_capping_rotation",
 }
+
+
+def yield_rotations(frame: Frame, places: Sequence[int], strength: np.ndarray) -> np.ndarray:
+    """Return M_y L / (6 E I) of members, the rotation of both ends in double curvature [rad].
+
+    Args:
+        frame: The frame.
+        places: Indices of the members.
+        strength: Yield moments M_y [N m], shape [member].
+    """
+    nominal = frame.nominal
+    stiffness = 6 * nominal.modulus[places] * nominal.inertia[places] / frame.geometry.length[places]
+    with np.errstate(divide="ignore"):
+        found: np.ndarray = strength / stiffness
+    return found
 
 
 def yields_of_hinges(structure: HingedStructure) -> dict[str, dict[str, float]]:
@@ -45,37 +63,33 @@ def yields_of_hinges(structure: HingedStructure) -> dict[str, dict[str, float]]:
             continue
         place = members[member]
         modulus, area = float(frame.nominal.modulus[place]), float(frame.nominal.area[place])
-        inertia = float(frame.nominal.inertia[place])
-        length = float(frame.geometry.length[place])
+        inertia, length = float(frame.nominal.inertia[place]), float(frame.geometry.length[place])
         if end not in ENDS:
             strains[name] = strength / (modulus * area)
         elif length >= LEAST_SLENDERNESS * np.sqrt(inertia / area):
-            rotations[name] = strength * length / (6 * modulus * inertia)
+            rotations[name] = float(yield_rotations(frame, [place], np.array([strength]))[0])
     rotations = {name: each for name, each in rotations.items() if each < STRONG_ROTATION}
     strains = {name: each for name, each in strains.items() if each < STRONG_STRAIN}
     return {"hinge_yield_rotation": rotations, "brace_yield_strain": strains}
 
 
-def implausible_hinges(structure: HingedStructure) -> tuple[str, ...]:
-    """Return the hinges with an implausible yield_force. The constructor warns of them, later checks do not."""
-    return tuple(
-        name
-        for check, found in yields_of_hinges(structure).items()
-        for name, value in found.items()
-        if not CHECKS[check].low <= value <= CHECKS[check].high
-    )
+def warn_of_implausible_hinges(structure: HingedStructure) -> tuple[str, ...]:
+    """Give one warning of implausible yield and plastic rotations of member ends and yield strains of braces.
 
-
-def warn_of_implausible_hinges(structure: HingedStructure) -> None:
-    """Give one warning of implausible yield and plastic rotations of member ends and yield strains of braces."""
+    Returns the names of the hinges with an implausible yield_force, of which later checks do not warn again.
+    """
     findings = PlausibilityFindings()
     found = yields_of_hinges(structure)
-    for check, of_hinges in found.items():
-        for name, value in of_hinges.items():
-            findings.add(check, value, f" of {name!r}")
+    warned = tuple(
+        name
+        for check, of_hinges in found.items()
+        for name, value in of_hinges.items()
+        if findings.add(check, value, f" of {name!r}")
+    )
     rotating = [spring for spring in structure.springs if found and spring.name in structure.hinge_names]
     for spring in rotating:
         for parameter, check in OF_PLASTIC_ROTATIONS.items():
             rotation = spring.parameters.get(parameter, np.nan)
             findings.add(check, rotation if rotation < UNLIMITED_ROTATION else np.nan, f" {spring.name!r}")
     findings.warn()
+    return warned

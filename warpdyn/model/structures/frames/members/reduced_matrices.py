@@ -91,13 +91,14 @@ class ReducedMatrices(LumpedStructure):
         """Return the reduced matrices that depend on the sections."""
         given = [np.atleast_2d(values.get(name, nominal)) for name, nominal in self._sections_by_name.items()]
         given = [each[:1] if len(each) > 1 and (each == each[:1]).all() else each for each in given]
-        frame, sections_then, found = getattr(_last, "reduced", (lambda: None, [], {}))
-        if frame() is self and all(np.array_equal(*pair) for pair in zip(sections_then, given, strict=True)):
-            return dict(found)
+        frame, last = getattr(_last, "reduced", (lambda: None, []))
+        if frame() is self and all(np.array_equal(*pair) for pair in zip(last[0], given, strict=True)):
+            return dict(last[1])
         count = max(map(len, given))
         sections = Sections(*(np.broadcast_to(each, (count, each.shape[1])) for each in given))
         found = self._reduced(sections)
-        _last.reduced = weakref.ref(self), [each.copy() for each in given], found
+        kept = [[each.copy() for each in given], found]
+        _last.reduced = weakref.ref(self, lambda _: kept.clear()), kept
         return dict(found)
 
     @property

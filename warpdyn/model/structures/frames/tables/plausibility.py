@@ -17,6 +17,8 @@ if TYPE_CHECKING:
 # take g as 9.81 or 10 m/s2, also one value for masses and the other for loads.
 SUSPECTS = (1.0, STANDARD_GRAVITY / 10, 10 / STANDARD_GRAVITY, STANDARD_GRAVITY**2, 10 * STANDARD_GRAVITY, 100.0)
 SAME_NUMBERS = 0.015  # largest relative difference from these ratios
+# With two values of g, ratios near 1 are also those of frames that carry a tenth of the loads of their masses.
+NEARLY_EXACT = 0.003
 # Smallest radius of gyration [m] of the sections whose mass is compared with their area. A smaller radius may be due to
 # an area that is 100 or more times as large as the real one so that members keep their lengths.
 LEAST_RADIUS = 0.05
@@ -57,7 +59,8 @@ def warn_of_implausible_tables(frame: Frame) -> None:
     if mass > 0 and loads > 0:
         findings.add("frame_gravity_over_weight", loads / (mass * STANDARD_GRAVITY))
         findings.add("frame_weight_over_gravity", mass * STANDARD_GRAVITY / loads)
-        if any(abs(loads / mass / suspect - 1) < SAME_NUMBERS for suspect in SUSPECTS):
+        nearness = {each: NEARLY_EXACT if each != 1 and each < 2 else SAME_NUMBERS for each in SUSPECTS}
+        if any(abs(loads / mass / suspect - 1) < near for suspect, near in nearness.items()):
             findings.add("frame_gravity_over_mass", loads / mass)
     _add_masses(findings, frame)
     findings.warn()
