@@ -131,10 +131,10 @@ def _add_structure(
             findings.add("random_value", np.abs(ratios), f" of {name}{where}")
     if isinstance(structure, LumpedStructure):
         values = {**structure.parameters, **central(structure, scatter)}
+        add_scatter_of_frame(findings, structure, scatter, where)
         if structure.problem(values):
             return 0.0  # the run reports it
         add_lumped(findings, structure, values, where)
-        add_scatter_of_frame(findings, structure, scatter, where)
         return _add_linear_system(findings, structure.central_matrices(values), is_shaken=is_shaken)
     if isinstance(structure, LinearSystem):
         matrices = {name: structure.parameters[name] for name in structure.parameters}
