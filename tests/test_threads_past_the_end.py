@@ -20,8 +20,8 @@ def test_they_leave_the_mean_of_residual_drifts_alone(method, monkeypatch):
     left_by_others = []
     launch_all = CpuQueue.launch
 
-    def launch(queue, launches, arguments, *rest):
-        launch_all(queue, launches, arguments, *rest)
+    def launch(queue, launches, arguments, *rest, **named):
+        launch_all(queue, launches, arguments, *rest, **named)
         [output] = [each for each in arguments if hasattr(each, "residual_drift_ratio")]
         found = output.residual_drift_ratio.numpy().copy()
         output.residual_drift_ratio.fill_(np.nan)
