@@ -103,7 +103,7 @@ class HingedStructure(ReducedFrame):
             damping_modes=damping_modes,
             damping_matrix=damping_matrix,
         )
-        # Hinges with an implausible yield_force of which a warning has been given.
+        # Hinges whose yield_force is in a warning.
         self.implausible_hinges = warn_of_implausible_hinges(self)
 
     @property

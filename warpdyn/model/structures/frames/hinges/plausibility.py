@@ -76,7 +76,7 @@ def yields_of_hinges(structure: HingedStructure) -> dict[str, dict[str, float]]:
 def warn_of_implausible_hinges(structure: HingedStructure) -> tuple[str, ...]:
     """Give one warning of implausible yield and plastic rotations of member ends and yield strains of braces.
 
-    Returns the names of the hinges with an implausible yield_force, of which later checks do not warn again.
+    Returns the names of the hinges with an implausible yield_force. Later checks do not warn of these again.
     """
     findings = PlausibilityFindings()
     found = yields_of_hinges(structure)
