@@ -21,8 +21,8 @@ SHARE_OF_FREE_MEMORY = 0.25
 # and 14 % less time in total.
 CPU_BLOCK, GPU_BLOCK, LEAST_GPU_BLOCK, BLOCKS_PER_GPU = 2**20, 2**17, 2**18, 2
 LARGEST_GPU_BLOCK, WORK_OF_A_GPU_BLOCK = 2**20, 2**33  # work of a block: samples times steps times storeys
-# Samples in a block of frames whose joints are a grid. A few samples are run again after each block, and then again. For
-# a frame with four storeys on an H200 this takes 3 to 6 s, and 2^18 histories take 7 s.
+# Samples in a block of frames whose joints are a grid. A few samples are run again after each block, and then again. On
+# an H200 this takes 3 to 6 s for a frame with four storeys, and 2^18 histories take 7 s.
 FRAMES_OF_A_GPU_BLOCK = 2**18
 # If a GPU reduces all samples to statistics, the only loss is Python's time per block, so few blocks are better. But
 # the GPU is idle while the first block is prepared and the last block is collected, so blocks must not be too large: a
