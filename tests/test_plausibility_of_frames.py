@@ -80,9 +80,10 @@ def structure() -> wd.LumpedStructure:
         ("second_moment", 1e-3, "of second_moment over the nominal value of member 'C1_1' is 0.001 .*another unit"),
         ("area", 1e6, "of area over the nominal value .*: if given in mm2, it would be 1,"),
         ("elastic_modulus", 1e-6, "of elastic_modulus over the nominal value .*: if given in MPa or N/mm2, .* 1,"),
+        ("mass", 1e-3, "of mass over the nominal value of dof 'floor 1' is 0.001 .*: if given in tonnes, .* 1,"),
     ],
 )
-def test_given_sections_in_other_units_are_warned_of(name, factor, meant):
+def test_given_masses_and_sections_in_other_units_are_warned_of(name, factor, meant):
     nominal = structure().parameters[name]
     given = wd.GivenValues(np.outer([0.5, 1.0, 2.0], nominal))
     warn_of_implausible(wd.Scene(structure(), MOTION, {name: given}))

@@ -95,7 +95,7 @@ def add_lumped(
 def add_scatter_of_frame(
     findings: PlausibilityFindings, structure: LumpedStructure, scatter: Scatter, where: str
 ) -> None:
-    """Add implausible given sections and random yield moments of a frame to `findings`.
+    """Add implausible given masses and sections and random yield moments of a frame to `findings`.
 
     Args:
         findings: Implausible values found so far.
@@ -103,13 +103,14 @@ def add_scatter_of_frame(
         scatter: Its scatter.
         where: Words that identify the structure, such as " of archetype 'old'", or "".
     """
-    for name in OF_MEMBERS:
-        spread, nominal = scatter.get(name), structure.nominal_values.get(name)
-        if isinstance(spread, GivenValues) and not isinstance(spread, GivenFactors) and nominal is not None:
+    for name in (*OF_MEMBERS, "mass") if hasattr(structure, "frame") else ():
+        spread, nominal = scatter.get(name), structure.nominal_values[name]
+        if isinstance(spread, GivenValues) and not isinstance(spread, GivenFactors):
             median = np.median(spread.in_structures(nominal), axis=0)
             ratios = np.broadcast_to(median, nominal.shape) / np.where(nominal > 0, nominal, np.nan)
-            of_members = [f" of member {member!r}{where}" for member in structure.names_along("member")]
-            findings.add_each(f"given_{name}", ratios.tolist(), of_members.__getitem__)
+            along = "dof" if name == "mass" else "member"
+            places = [f" of {along} {place!r}{where}" for place in structure.names_along(along)]
+            findings.add_each(f"given_{name}", ratios.tolist(), places.__getitem__)
     spread, moments = scatter.get("yield_force"), getattr(structure, "gravity_moments", np.zeros(0))
     if spread is None or not moments.any():
         return

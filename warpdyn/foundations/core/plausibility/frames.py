@@ -137,7 +137,7 @@ CHECKS_OF_FRAMES: Mapping[str, Check] = {
             "random values may be in kN m or MN m": lambda value: value > 50,
         },
     ),
-    # Designs and calibrations change sections by less than 100 times; usual mistakes are changes of the unit.
+    # Designs and calibrations change masses and sections by less than 100 times; mistakes are mostly other units.
     **{
         f"given_{name}": Check(
             *(f"median of the given values of {name} over the nominal value", "1", 1e-2, 1e2),
@@ -148,6 +148,7 @@ CHECKS_OF_FRAMES: Mapping[str, Check] = {
             ("elastic_modulus", {"MPa or N/mm2": 1e6, "GPa or kN/mm2": 1e9, "kPa or kN/m2": 1e3, "ksi": 6.894757e6}),
             ("area", {"mm2": 1e-6, "cm2": 1e-4}),
             ("second_moment", {"mm4": 1e-12, "cm4": 1e-8}),
+            ("mass", MASS),
         )
     },
     # Steel has 0.0012 to 0.0025; springs of braces with a short yielding part have less.
