@@ -107,7 +107,9 @@ def add_scatter_of_frame(
         spread, nominal = scatter.get(name), structure.nominal_values[name]
         if isinstance(spread, GivenValues) and not isinstance(spread, GivenFactors):
             median = np.median(spread.in_structures(nominal), axis=0)
-            ratios = np.broadcast_to(median, nominal.shape) / np.where(nominal > 0, nominal, np.nan)
+            # The run refuses values that are not above 0.
+            is_given = (nominal > 0) & (median > 0)
+            ratios = np.where(is_given, median, np.nan) / np.where(is_given, nominal, np.nan)
             along = "dof" if name == "mass" else "member"
             places = [f" of {along} {place!r}{where}" for place in structure.names_along(along)]
             findings.add_each(f"given_{name}", ratios.tolist(), places.__getitem__)
