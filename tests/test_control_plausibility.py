@@ -195,3 +195,16 @@ def test_the_added_damping_ratio_is_that_of_an_oscillator():
     warn(oscillator, [control.VariableDamper(1, high=1.001e-3 * critical)])
     with pytest.warns(UserWarning, match=r"add to a mode is 0.000999 "):
         warn(oscillator, [control.VariableDamper(1, high=0.999e-3 * critical)])
+
+
+def test_a_delay_in_milliseconds_is_warned_of():
+    regulator = control.Regulator(np.zeros((1, 2 * TALL.dofs)))
+    actuator = control.Actuator(1, force_limit=FORCES[0])
+
+    def delayed(delay):
+        loop = control.Control([actuator], sampling_interval=0.01, delay=delay, regulator=regulator)
+        warn_of_implausible(wd.Scene(TALL, MOTION, control=loop))
+
+    delayed(0.1)
+    with pytest.warns(UserWarning, match=r"delay of the control over the first period .*with delay given in ms"):
+        delayed(10.0)

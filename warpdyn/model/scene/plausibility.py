@@ -90,6 +90,8 @@ def warn_of_implausible(
         # Tyres and suspensions isolate machines from most of the acceleration of a road.
         peak, of = (None, "") if structure.is_machine else compared_peak(excitation, structure, is_live=is_live)
         add_control(findings, scene.control, structure, peak, of)
+        if period > 0:
+            findings.add("control_delay_over_period", scene.control.delay / period, f" of {period:.3g} s")
     for given in (step, longest_step):
         if isinstance(given, int | float) and period > 0:
             # No method can resolve a vibration if the step is as long as the period.

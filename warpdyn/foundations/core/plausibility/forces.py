@@ -105,6 +105,12 @@ CHECKS_OF_CONTROL: Mapping[str, Check] = {
         with_units("value", {"kN": 1e3, "MN": 1e6}),
         typical=0.3,
     ),
+    # Delays of computers and valves are 1 to 100 ms.
+    "control_delay_over_period": Check(
+        *("delay of the control over the first period of the structure", "1", 0.0, 1.0),
+        with_units("delay", {"ms": 1e-3}),
+        typical=0.02,
+    ),
     # Dampers that add less have no effect. There is no upper bound, because a closed valve locks a damper.
     "variable_damper_ratio": Check(
         *("largest damping ratio that the VariableDampers with high= add to a mode", "1", 1e-3, math.inf),
