@@ -154,3 +154,16 @@ def test_masses_of_zero_are_refused_with_the_degree_of_freedom():
     frame = with_hinges(4e5)
     problem = frame.problem(dict(frame.parameters) | {"mass": np.array([[1e5], [0.0]])})
     assert problem.startswith("mass [kg] of degree of freedom 'floor 1' must be above 0, got 0 in structure 1")
+
+
+def test_one_stiffness_of_a_hinge_in_another_unit_is_warned_of():
+    arguments = portal().description()
+    hinge = {"law": "bilinear", "yield_force": 4e5, "hardening_ratio": 0.02}
+    whole = arguments["members"]["B1_1"]["spring_start"]
+    for factor in (0.1, 1.0, 1e3):
+        arguments["members"]["B1_1"]["spring_start"] = factor * whole
+        wd.HingedFrame(wd.Frame(**arguments), {("B1_1", "start"): hinge}, damping="modal", damping_ratio=0.02)
+    arguments["members"]["B1_1"]["spring_start"] = 1e-3 * whole
+    meant = r"of 'B1_1 start' is 0.01 .*with spring_start or spring_end given in kN m/rad, it would be 10"
+    with pytest.warns(UserWarning, match=meant):
+        wd.HingedFrame(wd.Frame(**arguments), {("B1_1", "start"): hinge}, damping="modal", damping_ratio=0.02)

@@ -105,6 +105,13 @@ CHECKS_OF_FRAMES: Mapping[str, Check] = {
         with_units("yield_force", {"kN m": 1e3, "MN m": 1e6, "N mm": 1e-3}),
         typical=0.01,
     ),
+    # Hinges have about 10 times 6 E I / L; connections with less than 0.08 times are pinned (Eurocode 3, part 1-8).
+    # There is no upper bound, because stiff hinges are rigid until they yield.
+    "hinge_stiffness": Check(
+        *("initial stiffness of the hinge over 6 E I / L of the member,", "1", 0.015, math.inf),
+        with_units("spring_start or spring_end", {"kN m/rad": 1e3, "MN m/rad": 1e6}),
+        typical=10.0,
+    ),
     # Yield rotations depend little on the size of members. With the bound 100, a factor of 1,000 is also found if they
     # differ by 10 times.
     "joined_yield_rotations": Check(

@@ -74,7 +74,7 @@ def yields_of_hinges(structure: HingedStructure) -> dict[str, dict[str, float]]:
 
 
 def warn_of_implausible_hinges(structure: HingedStructure) -> tuple[str, ...]:
-    """Give one warning of implausible yield and plastic rotations of member ends and yield strains of braces.
+    """Give one warning of implausible stiffnesses, yield and plastic rotations of hinges, and yield strains of braces.
 
     Returns the names of the hinges with an implausible yield_force. Later checks do not warn of these again.
     """
@@ -86,6 +86,8 @@ def warn_of_implausible_hinges(structure: HingedStructure) -> tuple[str, ...]:
         for name, value in of_hinges.items()
         if findings.add(check, value, f" of {name!r}")
     )
+    for name, ratio in _stiffness_ratios(structure).items():
+        findings.add("hinge_stiffness", ratio, f" of {name!r}")
     rotating = [spring for spring in structure.springs if found and spring.name in structure.hinge_names]
     for spring in rotating:
         for parameter, check in OF_PLASTIC_ROTATIONS.items():
@@ -93,3 +95,18 @@ def warn_of_implausible_hinges(structure: HingedStructure) -> tuple[str, ...]:
             findings.add(check, rotation if rotation < UNLIMITED_ROTATION else np.nan, f" {spring.name!r}")
     findings.warn()
     return warned
+
+
+def _stiffness_ratios(structure: HingedStructure) -> dict[str, float]:
+    """Return the stiffness of hinges over 6 E I / L of their members, by name; without members meant to be rigid."""
+    frame, found = structure.frame, {}
+    if (frame.nominal.modulus == 1.0).any():
+        return {}
+    members = {name: place for place, name in enumerate(frame.members)}
+    for (member, end), name in zip(structure.hinges, structure.hinge_names, strict=True):
+        place = members[member]
+        radius = np.sqrt(frame.nominal.inertia[place] / frame.nominal.area[place])
+        if end in ENDS and frame.geometry.length[place] >= LEAST_SLENDERNESS * radius:
+            spring = frame.geometry.end_springs[place, ENDS.index(end)]
+            found[name] = float(yield_rotations(frame, [place], np.array([spring]))[0])
+    return found
