@@ -13,7 +13,7 @@ from warpdyn.foundations.core.plausibility import PlausibilityFindings, meant_as
 from warpdyn.foundations.core.plausibility.frames import CHECKS_OF_FRAMES
 from warpdyn.model.structures.frames.fishbone import fishbone, levels_of
 from warpdyn.model.structures.frames.frame import Frame
-from warpdyn.model.structures.frames.hinges.plausibility import STRONG_ROTATION, yield_rotations
+from warpdyn.model.structures.frames.hinges.plausibility import STRONG_ROTATION, bending_stiffness
 
 ENDS = ("start", "end")
 SUMMED = ("yield_force",)
@@ -131,7 +131,8 @@ def _joined_hinge(
     values = {name: np.array([row[name] for row in rows if row is not None]) for name in first if name != "law"}
     strength = values.get("yield_force", stiffness)
     if "yield_force" in values and (strength > 0).all():  # HingedFishbone refuses others
-        rotations = yield_rotations(frame, [names.index(member) for member, _ in ends], strength)
+        with np.errstate(divide="ignore"):
+            rotations = strength / bending_stiffness(frame, [names.index(member) for member, _ in ends])
         usual = np.where(rotations < STRONG_ROTATION, rotations, np.nan)
         if np.isfinite(usual).any():
             weak, strong = int(np.nanargmin(usual)), int(np.nanargmax(usual))

@@ -20,6 +20,7 @@ LEAST_SLENDERNESS = 3.0
 STRONG_ROTATION = 1e3  # rad; stronger hinges, such as with a yield_force of 1e12 N m, are meant to stay elastic
 STRONG_STRAIN = 0.05  # the same for braces
 UNLIMITED_ROTATION = 100.0  # rad; hinges with larger plastic rotations are meant not to soften
+STIFFNESS_CHECK = "hinge_stiffness"
 # Parameter of hinges -> name of its check.
 OF_PLASTIC_ROTATIONS = {
     "plastic_drift_to_capping": "hinge_plastic_rotation",
@@ -29,48 +30,46 @@ OF_PLASTIC_ROTATIONS = {
 }
 
 
-def yield_rotations(frame: Frame, places: Sequence[int], strength: np.ndarray) -> np.ndarray:
-    """Return M_y L / (6 E I) of members, the rotation of both ends in double curvature [rad].
+def bending_stiffness(frame: Frame, places: Sequence[int]) -> np.ndarray:
+    """Return 6 E I / L of members, the moments of both ends per rotation in double curvature [N m/rad].
 
     Args:
         frame: The frame.
         places: Indices of the members.
-        strength: Yield moments M_y [N m], shape [member].
     """
     nominal = frame.nominal
-    stiffness = 6 * nominal.modulus[places] * nominal.inertia[places] / frame.geometry.length[places]
-    with np.errstate(divide="ignore"):
-        found: np.ndarray = strength / stiffness
+    found: np.ndarray = 6 * nominal.modulus[places] * nominal.inertia[places] / frame.geometry.length[places]
     return found
 
 
-def yields_of_hinges(structure: HingedStructure) -> dict[str, dict[str, float]]:
-    """Return the yield rotations of member ends and the yield strains of braces, {check: {hinge: value}}.
+def _values_of_hinges(structure: HingedStructure) -> dict[str, dict[str, float]]:
+    """Return yield rotations of member ends, yield strains of braces and stiffness ratios, {check: {hinge: value}}.
 
     The yield rotation of a member end is M_y L / (6 E I): its rotation if both ends have the yield moment M_y in double
-    curvature. Members that are meant to be rigid or elastic are left out. A frame with an elastic modulus of 1 is
-    dimensionless, as frames of textbooks, and is not checked.
+    curvature. Members that are meant to be rigid, and yield moments of hinges that are meant to stay elastic, are left
+    out. A frame with an elastic modulus of 1 is dimensionless, as frames of textbooks, and is not checked.
     """
     frame = structure.frame
     if (frame.nominal.modulus == 1.0).any():
         return {}
     by_name = {spring.name: spring for spring in structure.springs} | structure.given_braces
     members = {name: place for place, name in enumerate(frame.members)}
-    rotations, strains = {}, {}
+    rotations, strains, ratios = {}, {}, {}
     for (member, end), name in zip(structure.hinges, structure.hinge_names, strict=True):
-        strength = by_name[name].parameters.get("yield_force")
-        if strength is None:  # an elastic hinge
-            continue
+        strength = by_name[name].parameters.get("yield_force", np.inf)  # of an elastic hinge: none
         place = members[member]
         modulus, area = float(frame.nominal.modulus[place]), float(frame.nominal.area[place])
-        inertia, length = float(frame.nominal.inertia[place]), float(frame.geometry.length[place])
+        radius = np.sqrt(frame.nominal.inertia[place] / area)
         if end not in ENDS:
             strains[name] = strength / (modulus * area)
-        elif length >= LEAST_SLENDERNESS * np.sqrt(inertia / area):
-            rotations[name] = float(yield_rotations(frame, [place], np.array([strength]))[0])
+        elif frame.geometry.length[place] >= LEAST_SLENDERNESS * radius:
+            [stiffness] = bending_stiffness(frame, [place])
+            with np.errstate(divide="ignore"):
+                rotations[name] = float(strength / stiffness)
+                ratios[name] = float(frame.geometry.end_springs[place, ENDS.index(end)] / stiffness)
     rotations = {name: each for name, each in rotations.items() if each < STRONG_ROTATION}
     strains = {name: each for name, each in strains.items() if each < STRONG_STRAIN}
-    return {"hinge_yield_rotation": rotations, "brace_yield_strain": strains}
+    return {"hinge_yield_rotation": rotations, "brace_yield_strain": strains, STIFFNESS_CHECK: ratios}
 
 
 def warn_of_implausible_hinges(structure: HingedStructure) -> tuple[str, ...]:
@@ -79,15 +78,13 @@ def warn_of_implausible_hinges(structure: HingedStructure) -> tuple[str, ...]:
     Returns the names of the hinges with an implausible yield_force. Later checks do not warn of these again.
     """
     findings = PlausibilityFindings()
-    found = yields_of_hinges(structure)
+    found = _values_of_hinges(structure)
     warned = tuple(
         name
         for check, of_hinges in found.items()
         for name, value in of_hinges.items()
-        if findings.add(check, value, f" of {name!r}")
+        if findings.add(check, value, f" of {name!r}") and check != STIFFNESS_CHECK
     )
-    for name, ratio in _stiffness_ratios(structure).items():
-        findings.add("hinge_stiffness", ratio, f" of {name!r}")
     rotating = [spring for spring in structure.springs if found and spring.name in structure.hinge_names]
     for spring in rotating:
         for parameter, check in OF_PLASTIC_ROTATIONS.items():
@@ -95,18 +92,3 @@ def warn_of_implausible_hinges(structure: HingedStructure) -> tuple[str, ...]:
             findings.add(check, rotation if rotation < UNLIMITED_ROTATION else np.nan, f" {spring.name!r}")
     findings.warn()
     return warned
-
-
-def _stiffness_ratios(structure: HingedStructure) -> dict[str, float]:
-    """Return the stiffness of hinges over 6 E I / L of their members, by name; without members meant to be rigid."""
-    frame, found = structure.frame, {}
-    if (frame.nominal.modulus == 1.0).any():
-        return {}
-    members = {name: place for place, name in enumerate(frame.members)}
-    for (member, end), name in zip(structure.hinges, structure.hinge_names, strict=True):
-        place = members[member]
-        radius = np.sqrt(frame.nominal.inertia[place] / frame.nominal.area[place])
-        if end in ENDS and frame.geometry.length[place] >= LEAST_SLENDERNESS * radius:
-            spring = frame.geometry.end_springs[place, ENDS.index(end)]
-            found[name] = float(yield_rotations(frame, [place], np.array([spring]))[0])
-    return found
