@@ -13,12 +13,17 @@ from warpdyn.foundations.core.units import STANDARD_GRAVITY
 if TYPE_CHECKING:
     from warpdyn.model.structures.frames.frame import Frame
 
-# Gravity loads over masses [m/s2] if both are in kg or both are weights, and if loads are multiplied by g twice. Users
-# take g as 9.81 or 10 m/s2, also one value for masses and the other for loads.
-SUSPECTS = (1.0, STANDARD_GRAVITY / 10, 10 / STANDARD_GRAVITY, STANDARD_GRAVITY**2, 10 * STANDARD_GRAVITY, 100.0)
-SAME_NUMBERS = 0.015  # largest relative difference from these ratios
-# With two values of g, ratios near 1 are also those of frames that carry a tenth of the loads of their masses.
-NEARLY_EXACT = 0.003
+# Gravity loads over masses [m/s2] if both are in kg or both are weights, and if loads are multiplied by g twice, with
+# the largest relative difference from each ratio. Users take g as 9.81 or 10 m/s2, also one value for masses and the
+# other for loads. Near 1 this difference is small: frames with 10 % of the loads of their masses have such ratios.
+SUSPECTS = {
+    1.0: 0.015,
+    STANDARD_GRAVITY / 10: 0.003,
+    10 / STANDARD_GRAVITY: 0.003,
+    STANDARD_GRAVITY**2: 0.015,
+    10 * STANDARD_GRAVITY: 0.015,
+    100.0: 0.015,
+}
 # Smallest radius of gyration [m] of the sections whose mass is compared with their area. A smaller radius may be due to
 # an area that is 100 or more times as large as the real one so that members keep their lengths.
 LEAST_RADIUS = 0.05
@@ -59,8 +64,7 @@ def warn_of_implausible_tables(frame: Frame) -> None:
     if mass > 0 and loads > 0:
         findings.add("frame_gravity_over_weight", loads / (mass * STANDARD_GRAVITY))
         findings.add("frame_weight_over_gravity", mass * STANDARD_GRAVITY / loads)
-        nearness = {each: NEARLY_EXACT if each != 1 and each < 2 else SAME_NUMBERS for each in SUSPECTS}
-        if any(abs(loads / mass / suspect - 1) < near for suspect, near in nearness.items()):
+        if any(abs(loads / mass / suspect - 1) < near for suspect, near in SUSPECTS.items()):
             findings.add("frame_gravity_over_mass", loads / mass)
     _add_masses(findings, frame)
     findings.warn()
