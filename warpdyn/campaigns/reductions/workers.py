@@ -11,7 +11,7 @@ import numpy as np
 import warp as wp
 
 from warpdyn.engine.kernels.kernel_cache import THREADS_OF_A_BLOCK, loaded
-from warpdyn.engine.kernels.queues import BLOCKS_ON_A_GPU
+from warpdyn.engine.kernels.queues import BLOCKS_ON_A_GPU, URGENT
 from warpdyn.engine.kernels.reductions.table import reductions
 
 # Least number of samples per thread: a launch takes 0.1 ms in Python, during which no other Python thread runs.
@@ -146,7 +146,7 @@ class Gpu:
     def __init__(self, device: str) -> None:
         self.device = device
         # This stream has priority; otherwise it would wait behind the history kernels of other blocks.
-        self.stream = wp.Stream(device, priority=-1)
+        self.stream = wp.Stream(device, priority=URGENT)
         # Arrays of a block, which the next block reuses: every block requests the same arrays in the same order.
         self._held: list[wp.array] = []
         self._views: list[tuple[tuple[int, ...], wp.array]] = []  # shapes and views of these arrays at their last use
