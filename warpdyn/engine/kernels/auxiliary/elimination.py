@@ -64,11 +64,11 @@ def elimination_kernel() -> wp.Kernel:
             for term in range(starts[entry], starts[entry + 1]):
                 value += factors[term] * coefficients[s, places[term]]
             entries[s, entry] = value
-        least = wp.float64(wp.inf)
+        stable = int(1)
         for pivot in range(pivots.shape[0] - 1):
             diagonal = entries[s, pivots[pivot, 0]]
             inverse = wp.float64(1.0) / diagonal
-            least = wp.where(diagonal > wp.float64(0.0), least, wp.float64(0.0))  # also for NaN
+            stable = wp.where(diagonal > wp.float64(0.0), stable, 0)  # 0 also for NaN
             for product in range(pivots[pivot, 3], pivots[pivot + 1, 3]):
                 share = entries[s, products[product, 1]] * inverse
                 entries[s, products[product, 2]] -= entries[s, products[product, 0]] * share
@@ -76,7 +76,7 @@ def elimination_kernel() -> wp.Kernel:
                 moved = forces[s, pivots[pivot, 1]] * inverse
                 for row in range(pivots[pivot, 2], pivots[pivot + 1, 2]):
                     forces[s, rows[row, 1]] -= entries[s, rows[row, 0]] * moved
-        is_stable[s] = wp.where(least > wp.float64(0.0), 1, 0)
+        is_stable[s] = stable
 
     return eliminate
 
