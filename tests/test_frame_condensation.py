@@ -120,13 +120,15 @@ def test_no_bit_of_a_structure_depends_on_the_others(size):
             np.testing.assert_array_equal(found, expected[..., part])
 
 
-@pytest.mark.parametrize("name", ["second_moment", "elastic_modulus", "area"])
-def test_random_sections_without_stiffness_are_refused(name):
+@pytest.mark.parametrize(
+    ("name", "value"), [("second_moment", 0.0), ("elastic_modulus", 0.0), ("elastic_modulus", -2e11), ("area", 0.0)]
+)
+def test_random_sections_without_stiffness_are_refused(name, value):
     frame = irregular()
     place, member = next((i, name) for i, (name, row) in enumerate(frame.members.items()) if row["kind"] == "beam")
     nominal = dict(zip(("elastic_modulus", "area", "second_moment"), vars(frame.nominal).values(), strict=True))
     values = np.tile(nominal[name], (3, 1))
-    values[2, place] = 0.0
+    values[2, place] = value
     motion = wd.GroundMotion(np.sin(np.arange(50.0)), 0.01, "sine")
     damped = frame.lumped(damping="rayleigh", damping_ratio=0.03)
     scene = wd.Scene(damped, wd.Cloud([motion]), {name: wd.GivenValues(values)}, tail=0.0)
