@@ -65,7 +65,7 @@ CHECKS_OF_FRAMES: Mapping[str, Check] = {
         *("gravity loads of the frame over its masses", "m/s2", 2.0, 9 * G),
         {
             "gravity loads may be given in kg, or masses as weights in N": lambda value: value < 2,
-            "the frame may carry a tenth of the loads of its masses": lambda value: 0.97 < value < 0.99,
+            "the frame may carry only 10 % of the loads of its masses": lambda value: 0.97 < value < 0.99,
             "gravity loads may be multiplied by g twice, or masses be divided by g": lambda value: value > 2,
         },
     ),
@@ -134,7 +134,7 @@ CHECKS_OF_FRAMES: Mapping[str, Check] = {
         typical=0.2,
     ),
     # A yield moment is mostly at least twice the moment under gravity. With a dispersion of 0.4, 4 % of the yield
-    # moments are below half of their median, so that few structures of a usual scatter yield under gravity.
+    # moments are below 0.5 times their median, so that few structures of a usual scatter yield under gravity.
     "gravity_over_random_yield": Check(
         "moment (of a brace: force) under gravity over the random yield_force that 5 % of the structures do not reach,",
         *("1", 0.0, 1.0),
