@@ -291,16 +291,20 @@ def products(
         if not terms and not is_added:
             lines.append(f"{target(row)} = dtype(0.0)")
         for begin in range(0, len(terms), TERMS_PER_STATEMENT):
+            is_first = begin == 0 and not is_added
+            # A positive term is the first one, because a negation takes an instruction on a GPU.
+            chosen = sorted(terms[begin : begin + TERMS_PER_STATEMENT], key=lambda term: -sign * term.sign)
+            has_negative_sum = sign * chosen[0].sign < 0 and not is_first
             text = ""
-            for term in terms[begin : begin + TERMS_PER_STATEMENT]:
+            for term in chosen:
                 value = factor(term.column)
                 product = value if term.place == UNIT else f"{name}[{first + term.place}, j] * {value}"
-                is_positive = sign * term.sign > 0
+                is_positive = sign * term.sign > 0 or has_negative_sum
                 if text:
                     text += f" + {product}" if is_positive else f" - {product}"
                 else:
                     text = product if is_positive else f"-{product}"
-            word = "=" if begin == 0 and not is_added else "+="
+            word = "=" if is_first else "-=" if has_negative_sum else "+="
             lines.append(f"{target(row)} {word} {text}")
     return "\n    ".join(["for j in range(LANES):", *lines]) if lines else ""
 
