@@ -16,6 +16,7 @@ def _on_either(on_gpu: str, on_processor: str) -> str:
 _MINIMUM = _on_either("fmin(a, b)", "return a < b ? a : b;")
 _MAXIMUM = _on_either("fmax(a, b)", "return a > b ? a : b;")
 _CLAMPED = _on_either("fmin(fmax(x, low), high)", "x = x > low ? x : low;\nreturn x < high ? x : high;")
+_LIMITED = _on_either("fmin(fmax(x, -limit), limit)", "x = x > -limit ? x : -limit;\nreturn x < limit ? x : limit;")
 
 
 @wp.func_native(_MINIMUM)
@@ -40,3 +41,12 @@ def clamped(x: wp.float32, low: wp.float32, high: wp.float32) -> wp.float32: ...
 
 @wp.func_native(_CLAMPED)
 def clamped(x: wp.float64, low: wp.float64, high: wp.float64) -> wp.float64: ...  # noqa: F811 (Warp's overload)
+
+
+# `clamped(x, -limit, limit)`; Warp compiles -limit as a subtraction from zero, which takes an instruction.
+@wp.func_native(_LIMITED)
+def limited(x: wp.float32, limit: wp.float32) -> wp.float32: ...
+
+
+@wp.func_native(_LIMITED)
+def limited(x: wp.float64, limit: wp.float64) -> wp.float64: ...  # noqa: F811 (Warp's overload)

@@ -51,7 +51,7 @@ def factorise_joints():
         for j in range(LANES):
             own_stiffness = terms[FIRST_HALF_BEAM + VALUES_OF_MEMBER * floor, j]
             of_hinge = line_slope[hinge, j]
-            share = own_stiffness / (own_stiffness + of_hinge)
+            share = own_stiffness * reciprocal(own_stiffness + of_hinge)
             stiffness_in_series[floor, j] = share * of_hinge
             moment_at_rest[floor, j] = -share * line_intercept[hinge, j]
             joint_stiffness[floor, j] += share * of_hinge

@@ -40,6 +40,7 @@ def names(plan):
     import warp as wp
 
     from warpdyn.engine.device.extrema import maximum
+    from warpdyn.engine.device.quotients import reciprocal
     from warpdyn.engine.device.warp_exchange import LARGEST, number_at
     from warpdyn.engine.kernels.plan import DTYPES
 
@@ -49,6 +50,7 @@ def names(plan):
     dtype, lanes = DTYPES[plan.dtype], plan.lanes
     return {
         "maximum": maximum,
+        "reciprocal": reciprocal,
         "LINES": lines,
         "BEAMS": lines - 1,
         "MEMBERS": members,
@@ -160,7 +162,7 @@ def factorise_joints():
             determinant = start_stiffness * end_stiffness - mixed_stiffness * mixed_stiffness
             start_sum = start_slope * end_stiffness + determinant
             end_sum = end_slope * start_stiffness + determinant
-            inverse = dtype(1.0) / (start_slope * end_slope + start_sum + end_slope * start_stiffness)
+            inverse = reciprocal(start_slope * end_slope + start_sum + end_slope * start_stiffness)
             of_start = start_slope * inverse
             of_end = end_slope * inverse
             tie[3 * member, j] = of_start * end_sum

@@ -65,7 +65,7 @@ def factorise_joints():
         distance = int(1)
         for level in range(LEVELS):
             slot("find_neighbours")
-            inverse_pivot[j] = dtype(1.0) / pivot
+            inverse_pivot[j] = reciprocal(pivot)
             share_below[level, j] = -coupling_below[j] * from_thread(inverse_pivot[j], neighbour_below)
             share_above[level, j] = -coupling_upwards[j] * from_thread(inverse_pivot[j], neighbour_above)
             # The matrix is symmetric: the neighbours have the same couplings with this joint.
@@ -75,7 +75,7 @@ def factorise_joints():
             coupling_below[j] = share_below[level, j] * farther_below
             coupling_upwards[j] = share_above[level, j] * farther_above
             distance = distance + distance
-        inverse_pivot[j] = dtype(1.0) / pivot
+        inverse_pivot[j] = reciprocal(pivot)
 
 
 def exchange_turns():

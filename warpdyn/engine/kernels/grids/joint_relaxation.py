@@ -85,7 +85,7 @@ def factorise_joints():
             pivot = joint_stiffness[q, j]
             if q > 0:
                 pivot -= eliminated[q - 1, j] * tie[beam - 3, j]
-            inverse_pivot[q, j] = dtype(1.0) / pivot
+            inverse_pivot[q, j] = reciprocal(pivot)
             if q < BEAMS:
                 eliminated[q, j] = tie[beam, j] * inverse_pivot[q, j]
 
