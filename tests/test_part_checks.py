@@ -11,6 +11,7 @@ from control_rules import CONTROLLED
 from hinge_cases import motion, reference_model
 from hinged_frame_cases import reference_model as hinged_frame
 from law_rows import forces_of, rules_of
+from test_fishbone_joint_springs import bone
 from test_frame_storeys import grid_frame
 
 import warpdyn as wd
@@ -351,8 +352,9 @@ def plans():
         for model in (reference_model(drift_capacity=0.1), hinged_frame("portal", drift_capacity=0.1)):
             hinged = wd.Scene(model, wd.Cloud([motion("pulse_1", 1)]), recorders=("spring", "residual"))
             yield plan_of(hinged, dynamics_of(hinged), method, "float32", is_gpu=False)
-    # Frames with hinges on lines: one whose joints are a grid, which threads of a GPU divide, and a fish-bone.
-    for model in (grid_frame(), reference_model()):
+    # Frames with hinges on lines: one whose joints are a grid, which threads of a GPU divide, and a fish-bone. The last
+    # fish-bone has elastic columns.
+    for model in (grid_frame(), reference_model(), bone(2)):
         frame = wd.Scene(model, wd.Cloud([motion("pulse_1", 1)]), recorders=("spring",))
         yield plan_of(frame, dynamics_of(frame), "leapfrog", "float32", is_gpu=False)
     # Controlled structures, with all kinds of actuators, a regulator with an observer, and a controller.

@@ -14,6 +14,7 @@ from warpdyn.engine.device.processor import has_wide_registers
 from warpdyn.engine.kernels.composing.source_text import name_of
 from warpdyn.engine.kernels.composing.user_recorders import Recorder, users_of
 from warpdyn.engine.kernels.composition import Composed, compose, kernel_of
+from warpdyn.engine.kernels.hinges.column_storeys import has_joint_springs
 from warpdyn.engine.kernels.kernel_cache import THREADS_OF_A_BLOCK, loaded
 from warpdyn.engine.kernels.lumped.division import can_share_frame, divided_storeys, sections_of_storeys
 from warpdyn.engine.kernels.parts import straight_branches
@@ -172,7 +173,7 @@ def _fitted_lumped(plan: Plan, is_gpu: bool) -> Plan:
     elif divided_storeys(plan) is not None:
         plan = replace(plan, by_storey=True)
     if is_gpu:
-        unrolls = largest <= UNROLLED_SPRINGS and not has_joints(plan)
+        unrolls = has_joint_springs(plan) or (largest <= UNROLLED_SPRINGS and not has_joints(plan))
         return replace(plan, lanes=GPU_LANES, max_unroll=GPU_UNROLL if unrolls else 1)
     if has_joints(plan):
         return replace(plan, lanes=CPU_LANES if plan.dtype == "float32" else CPU_LONG_LANES, max_unroll=FRAME_UNROLL)
@@ -191,7 +192,7 @@ def undivided(plan: Plan) -> Plan:
     """
     is_alone = (plan.lanes, plan.max_unroll) == (GPU_LANES, GPU_UNROLL)
     gains = SKELETONS[plan.family, plan.kind] is integrate_chain and not METHODS[plan.method].is_adaptive
-    gains = gains or plan.storeys is not None
+    gains = gains or plan.storeys is not None or has_joint_springs(plan)
     return replace(plan, undivided=True) if is_alone and gains and plan.load == "base_acceleration" else plan
 
 

@@ -48,6 +48,7 @@ OF_IMPLICIT_STEPS: dict[str, tuple[str, ...]] = {
     "accept_step": ("kernel", "Accept the state at the end of the step.", "", _STATE),
 }
 
+_HINGES = "deformation spring_force"
 OF_COLUMN_LINE: dict[str, tuple[str, ...]] = {
     "tilt_columns": ("kernel", "Change the unbalanced moments of a frame with the drifts.", "", "solution"),
     "factorise_line": ("kernel", "Factorise the linear system of the rotations.", "solution", "i"),
@@ -60,6 +61,17 @@ OF_COLUMN_LINE: dict[str, tuple[str, ...]] = {
         "Evaluate a law with straight branches in all lanes.",
         "",
         "deformation spring_force memory c",
+    ),
+    "solve_joint_springs": ("kernel", "Find the rotations of joints for the present branches of their springs."),
+    "add_chord_moments": ("lane", "Add the moments of the columns of a joint whose joints do not rotate."),
+    "take_turn": ("lane", "Take the rotation of a joint and the branch of its spring."),
+    "judge_gap": ("kernel", "Find the lanes whose moments changed by more than the tolerance.", "", "seeking"),
+    "relax_joint_springs": ("kernel", "Find the rotations of joints with initial stiffnesses.", "", "seeking solution"),
+    "find_shears_of_columns": (
+        "kernel",
+        "Compute the storey shears, and the state of hinges for recorders.",
+        "",
+        _HINGES,
     ),
     "accept_hinges": ("kernel", "Accept the memory of all hinges.", "", "i z memory c spring_force"),
     "unbalance_line": ("kernel", "Compute all unbalanced moments.", "solution", "i spring_force"),

@@ -3,9 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from warpdyn.engine.kernels.hinges.layout import JointFrame
 from warpdyn.engine.kernels.lumped.pattern import PLACES_OF_STOREY, VALUES_OF_STOREY, ColumnLine
+
+if TYPE_CHECKING:
+    from warpdyn.engine.kernels.plan import Plan
+
+# Recorders of fish-bones with joint springs; others would need the memory of hinges.
+OF_JOINT_SPRINGS = {"spring", "output", "displacement", "acceleration", "drift", "residual", "history"}
 
 
 @dataclass(frozen=True)
@@ -80,3 +87,17 @@ def column_storeys(line: ColumnLine) -> ColumnStoreys | None:
     """Return the storeys of a fish-bone frame; None if its base can rotate or an end has no hinge with a law."""
     is_hinged = not line.linear and min(line.springs) >= 0
     return ColumnStoreys(line) if is_hinged and line.is_fixed and line.storeys > 1 else None
+
+
+def has_joint_springs(plan: Plan) -> bool:
+    """Return whether one bilinear spring per joint replaces the hinges of a fish-bone (see `joint_springs.py`).
+
+    This needs elastic columns, hinges at all half-beams, and a base that cannot rotate or has a hinge.
+    """
+    line = None if plan.pattern is None else plan.pattern.line
+    if not isinstance(line, ColumnLine) or plan.kind != "explicit" or str(plan.law) != "bilinear":
+        return False
+    if plan.resumes or plan.starts_displaced or plan.control is not None or not set(plan.recorders) <= OF_JOINT_SPRINGS:
+        return False
+    is_elastic = line.is_fixed and not line.has_hinged_columns and not line.linear
+    return is_elastic and min(line.springs[PLACES_OF_STOREY - 1 :: PLACES_OF_STOREY]) >= 0

@@ -4,6 +4,8 @@ Laws with straight branches are evaluated on the branch of the last state first;
 by all rules. The branch's slope is used in the linear system until it changes.
 """
 
+from warpdyn.engine.kernels.hinges.column_storeys import has_joint_springs
+from warpdyn.engine.kernels.plan import has_line
 from warpdyn.engine.laws.springs import spring_row
 
 order = 5
@@ -13,7 +15,7 @@ LEAST_SLOPE = 1e-9  # of the initial stiffness of a hinge, in the matrix only
 
 
 def wanted(plan):
-    return plan.pattern is not None and plan.pattern.line is not None and plan.frame_storeys is None
+    return has_line(plan) and plan.frame_storeys is None and not has_joint_springs(plan)
 
 
 def values_held(plan):

@@ -7,6 +7,9 @@ stiffness of all hinges, over-relaxed, which is the fixed-point iteration on pla
 solution has the status not_converged.
 """
 
+from warpdyn.engine.kernels.hinges.column_storeys import has_joint_springs
+from warpdyn.engine.kernels.plan import has_line
+
 order = 5
 
 BORROWS = {
@@ -32,7 +35,7 @@ FIELDS = {"Output": {"spring_without_equilibrium": "int32[]"}}
 
 
 def wanted(plan):
-    return plan.pattern is not None and plan.pattern.line is not None and plan.frame_storeys is None
+    return has_line(plan) and plan.frame_storeys is None and not has_joint_springs(plan)
 
 
 def values_held(plan):

@@ -9,6 +9,9 @@ This file contains the loop. `column_line.py` (fish-bones) and `joint_frame.py` 
 bays) contain the moments and the linear system; `hinge_laws.py` contains the laws.
 """
 
+from warpdyn.engine.kernels.hinges.column_storeys import has_joint_springs
+from warpdyn.engine.kernels.plan import has_line
+
 order = 5
 
 MOST_SOLUTIONS = 80
@@ -17,7 +20,7 @@ TOLERANCE = {"float32": 5e-5, "float64": 1e-9}
 
 
 def wanted(plan):
-    return plan.pattern is not None and plan.pattern.line is not None and plan.frame_storeys is None
+    return has_line(plan) and plan.frame_storeys is None and not has_joint_springs(plan)
 
 
 def values_held(plan):

@@ -45,7 +45,7 @@ SCRATCH = {
     "search": "correction force_size mode rounded slope slope_end slope_next unbalanced unbalanced_last",
 }
 # Names in SCRATCH that a part reads in the first stage of a step, before it sets them: {part: names}. They are stored.
-KEPT = {"massless_rotations": "spring_force"}
+KEPT = {"massless_rotations": "spring_force", "joint_springs": "spring_force"}
 # Column of a thread in the arrays of the struct Paused, if a thread integrates whole samples, and if several threads
 # share a sample, so that `block` is the same in all of them.
 COLUMN, COLUMN_OF_SECTION = "block * LANES", "(first + wp.tid()) * LANES"
