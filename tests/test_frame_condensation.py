@@ -29,12 +29,14 @@ def without(matrix, forces, left):
     )
 
 
+# The second value makes 12 E I / (G A_s L^2) larger than 2, so that the far end turns against the near one.
+@pytest.mark.parametrize("shear", [0.0, 2e4])
 @pytest.mark.parametrize(
     "springs", [(np.inf, np.inf), (3e7, 5e8), (0.0, 4e7), (np.inf, 6e6), (2e7, 0.0)], ids=lambda each: f"{each}"
 )
-def test_members_in_series_with_springs_of_their_ends(springs):
+def test_members_in_series_with_springs_of_their_ends(springs, shear):
     length, axes = local_axes(np.zeros((1, 2)), np.array([[3.0, 4.0]]), np.zeros((1, 2, 2)))
-    geometry = Geometry(length, axes, np.array([2.5e2]), np.array([springs]), np.zeros(1, bool), np.zeros(1))
+    geometry = Geometry(length, axes, np.array([2.5e2]), np.array([springs]), np.zeros(1, bool), np.array([shear]))
     sections = Sections(np.array([2e11]), np.array([0.01]), np.array([3e-4]))
     # Local displacements of the member, and then the rotations of both joints.
     whole = np.zeros((8, 8))
@@ -67,17 +69,29 @@ def test_frames_with_their_own_sections_and_loads():
     kept = np.array([place for place, name in enumerate(numbering.free_names) if name in frame.diaphragms])
     geometric = frame.geometric(frame.gravity)[free][:, free].toarray()
     condensation = Condensation(frame.deformations, np.diag(numbering.springs[free]) + geometric, kept)
-    values = random_sections(frame, 5)
-    loads = np.random.default_rng(4).normal(size=(5, free.size))
+    count = 19  # more than a thread computes at once
+    values = random_sections(frame, count)
+    loads = np.random.default_rng(4).normal(size=(count, free.size))
     coefficients = stiffness_coefficients(frame.geometry, Sections(*values))
     stiffness, forces = condensation.with_loads(coefficients, loads)
     left = np.setdiff1d(np.arange(free.size), kept)
-    for structure in range(5):
+    for structure in range(count):
         sparse = frame.stiffness(Sections(*(each[structure] for each in values)))
         dense = sparse[free][:, free].toarray() + geometric
         of_one, force = without(dense, loads[structure], left)
         np.testing.assert_allclose(stiffness[structure], of_one, rtol=0, atol=ROUNDING * np.abs(of_one).max())
         np.testing.assert_allclose(forces[structure], force, rtol=0, atol=ROUNDING * np.abs(force).max())
+
+
+@pytest.mark.parametrize("place", [0, 15, 16, 18])
+def test_one_unstable_frame_among_others_is_found(place):
+    condensation = Condensation(np.eye(3)[None], np.zeros((3, 3)), np.array([0]))
+    coefficients = np.tile([1.0, 2.0, 0.0, 3.0], (19, 1, 1))
+    np.testing.assert_array_equal(condensation.condensed(coefficients), np.ones((19, 1, 1)))
+    for wrong in (-2.0, 0.0, np.nan):
+        coefficients[place, 0, 1] = wrong
+        with pytest.raises(ValueError, match="nearly no stiffness"):
+            condensation.condensed(coefficients)
 
 
 def test_kept_displacements_may_be_uncoupled():

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import reduce
 from typing import Any
 
 import numpy as np
@@ -89,7 +90,10 @@ class BuildingLaw:
         if not storeys.size:
             return p
         names = {"mass", "stiffness", "height", *law.parameters}
-        return {name: p[name][..., storeys] for name in names if name in p}
+        first, last = storeys[[0, -1]]
+        is_range = last - first + 1 == storeys.size
+        places = slice(first, last + 1) if is_range else storeys  # a slice copies no values
+        return {name: p[name][..., places] for name in names if name in p}
 
     def _laws(self, p: Values) -> list[tuple[Element, np.ndarray, Values]]:
         """Return a tuple (law, indices of its storeys, their parameters) for each law of the building."""
@@ -204,8 +208,7 @@ class BuildingLaw:
         of_laws = np.zeros_like(p["stiffness"], dtype=float)
         for law, storeys, own in self._laws(p):
             of_laws[..., storeys if storeys.size else slice(None)] = law.relaxation_rate(own)
-        rates = [device.relaxation_rate(p) for device in self.devices]
-        return np.max(np.stack(np.broadcast_arrays(of_laws, *rates)), axis=0)
+        return reduce(np.maximum, (device.relaxation_rate(p) for device in self.devices), of_laws)
 
 
 def _received(numbers: Sequence[int], laws: Sequence[Any], devices: Sequence[Any]) -> BuildingLaw:

@@ -6,12 +6,13 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from warpdyn.engine.methods.undamped_modes import undamped
 from warpdyn.foundations.core.plausibility import PlausibilityFindings
 from warpdyn.foundations.core.units import STANDARD_GRAVITY
 from warpdyn.model.scene.scatter import GivenFactors, GivenValues, Scatter, combined
 from warpdyn.model.structures.builders.flexural_shear_building import FlexuralShearBuilding
 from warpdyn.model.structures.builders.torsional_building import TorsionalBuilding
-from warpdyn.model.structures.lumped.matrices import OF_MEMBERS, undamped
+from warpdyn.model.structures.lumped.matrices import OF_MEMBERS
 from warpdyn.model.structures.lumped.structure import LumpedStructure
 
 FREE = 1e-12  # a motion is free if its squared frequency is at most this share of the highest one (rounding)

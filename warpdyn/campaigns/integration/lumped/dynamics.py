@@ -10,6 +10,8 @@ import numpy as np
 from warpdyn.campaigns.integration.dynamics import Arrays, Dynamics, Modes, slowest_decay
 from warpdyn.campaigns.integration.lumped.rounding import LARGEST_ERROR, error_of_float32
 from warpdyn.engine.kernels.lumped.pattern import OF_ENERGIES, PAIR, Pattern, Table, table_of, values_in
+from warpdyn.engine.kernels.modes.damped_modes import damped_motions
+from warpdyn.engine.kernels.modes.symmetric_matrices import eigenvectors
 from warpdyn.engine.kernels.output_table import HISTORY, OF_SPRINGS
 from warpdyn.engine.laws.biaxial.functions import biaxial_functions
 from warpdyn.engine.laws.building_law import BuildingLaw
@@ -19,11 +21,12 @@ from warpdyn.engine.laws.elastic.parameters import Elastic
 from warpdyn.engine.laws.ibarra_medina_krawinkler import branchless_rules, capped_rules
 from warpdyn.engine.laws.springs import StoreyRules, Variant, number_of_coefficients
 from warpdyn.engine.methods.stability_limits import stable_step_of_eigenvalues, stable_step_of_yielding
-from warpdyn.engine.methods.state_matrices import damped_motions, highest_damping_rate
+from warpdyn.engine.methods.state_matrices import highest_damping_rate
 from warpdyn.engine.methods.table import Method
+from warpdyn.engine.methods.undamped_modes import inverses, squared_frequencies, undamped
 from warpdyn.model.ground_motions.excitation import Excitation
 from warpdyn.model.structures.lumped.biaxial_spring import BiaxialSpring
-from warpdyn.model.structures.lumped.matrices import of_springs_only, squared_frequencies, undamped, without_rounding
+from warpdyn.model.structures.lumped.matrices import of_springs_only, without_rounding
 from warpdyn.model.structures.lumped.structure import LumpedStructure
 
 Variants = tuple[list[Variant], list[Variant]]
@@ -160,21 +163,21 @@ class LumpedDynamics(Dynamics):
         """Return the coefficients of the laws of springs, shape [spring x coefficient, structure]."""
         values = self._of(law, of_springs_only(parameters))
         shape = values["stiffness"].shape
-        read = law.coefficients(values, variants)
-        if law is self.springs and isinstance(self.law_rows, list):
-            read = read[: number_of_coefficients(self.law)]
-        found = np.stack([np.broadcast_to(each, shape).T for each in read], axis=1)
+        read, springs = law.coefficients(values, variants), shape[1]
+        rows: slice | list[int] = slice(None)
         if law is self.springs and isinstance(self.law_rows, list):  # other springs have coefficients of 0
-            every = np.zeros((len(self.structure.springs), *found.shape[1:]))
-            every[self.law_rows] = found
-            found = every
+            read, rows = read[: number_of_coefficients(self.law)], self.law_rows
+            springs = len(self.structure.springs)
+        found = np.zeros((springs, len(read), shape[0]))
+        for index, each in enumerate(read):
+            found[rows, index] = np.broadcast_to(each, shape).T
         return found.reshape(-1, shape[0])
 
     def _matrices(self, parameters: Arrays, rayleigh: np.ndarray) -> dict[str, np.ndarray]:
         """Return the matrices of the kernel by the names of the pattern's tables, shape [structure, row, column]."""
         structure, count = self.structure, len(parameters["mass"])
         mass = structure.mass_matrices(parameters)
-        inverse = np.linalg.inv(mass)
+        inverse = inverses(mass)
         inverse = without_rounding((inverse + inverse.transpose(0, 2, 1)) / 2, ROUNDED)
         elastic = structure.linear_matrices(parameters) - structure.geometric_matrices(parameters)
         outputs = structure.output_matrices(parameters)
@@ -198,7 +201,7 @@ class LumpedDynamics(Dynamics):
     def _vibration(self, parameters: Arrays, method: Method) -> tuple[np.ndarray, ...]:
         structure = self.structure
         mass, elastic = structure.mass_matrices(parameters), structure.stiffness_matrices(parameters)
-        squared, shapes = undamped(mass, elastic)
+        squared, shapes = undamped(mass, elastic, solve=eigenvectors)
         frequency = np.sqrt(squared)
         rayleigh = structure.rayleigh(parameters, frequency)
         damping = structure.damping_matrices(parameters, rayleigh)

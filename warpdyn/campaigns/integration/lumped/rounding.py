@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from warpdyn.model.structures.lumped.matrices import undamped
+from warpdyn.engine.methods.undamped_modes import undamped
 from warpdyn.model.structures.lumped.structure import LumpedStructure
 
 ROUNDING = 6e-8  # relative rounding error of a float32 number, 2^-24

@@ -1,4 +1,4 @@
-"""The kernel that condenses the stiffness of many structures with the same frame, one structure per thread.
+"""The kernel that condenses the stiffness of many structures with the same frame, CPU_LANES structures per thread.
 
 With NumPy the elimination is hundreds of short operations, for which the threads that prepare structures wait for each
 other: 16 threads took longer than one.
@@ -12,7 +12,8 @@ from typing import NamedTuple
 import numpy as np
 import warp as wp
 
-from warpdyn.engine.device.processor import module_options
+from warpdyn.engine.device.processor import align_rows, module_options
+from warpdyn.engine.kernels.build import CPU_LANES
 from warpdyn.engine.kernels.kernel_cache import loaded
 
 
@@ -43,48 +44,77 @@ class Elimination(NamedTuple):
 @functools.cache
 def elimination_kernel() -> wp.Kernel:
     """Return the kernel that fills the entries of structures, and eliminates displacements one after the other."""
+    LANES = CPU_LANES
+    double = wp.float64
+    row = wp.types.vector(length=LANES, dtype=double)
 
     @wp.kernel(module="unique", enable_backward=False, module_options=module_options(max_unroll=1))
     def eliminate(
-        constant: wp.array(dtype=wp.float64),
+        constant: wp.array(dtype=double),
         starts: wp.array(dtype=wp.int32),
         places: wp.array(dtype=wp.int32),
-        factors: wp.array(dtype=wp.float64),
+        factors: wp.array(dtype=double),
         pivots: wp.array2d(dtype=wp.int32),
         rows: wp.array2d(dtype=wp.int32),
         products: wp.array2d(dtype=wp.int32),
-        coefficients: wp.array2d(dtype=wp.float64),
-        forces: wp.array2d(dtype=wp.float64),
-        entries: wp.array2d(dtype=wp.float64),
-        is_stable: wp.array(dtype=wp.int32),
+        coefficients: wp.array2d(dtype=double),  # [structure, coefficient]
+        loads: wp.array2d(dtype=double),  # [structure, displacement]
+        forces: wp.array2d(dtype=row),  # [group of structures, displacement]
+        entries: wp.array2d(dtype=row),  # [group of structures, entry]
+        is_stable: wp.array2d(dtype=wp.bool),  # [group of structures, lane]
     ):
-        s = wp.tid()
+        align_rows()
+        group = wp.tid()
+        value = row()
+        inverse = row()
+        share = row()
+        stable = row()
+        one, zero = double(1.0), double(0.0)
+        last = coefficients.shape[0] - 1  # lanes that are left over in the last group repeat the last structure
         for entry in range(constant.shape[0]):
-            value = constant[entry]
+            for j in range(LANES):
+                value[j] = constant[entry]
             for term in range(starts[entry], starts[entry + 1]):
-                value += factors[term] * coefficients[s, places[term]]
-            entries[s, entry] = value
-        stable = int(1)
+                factor, place = factors[term], places[term]
+                for j in range(LANES):
+                    value[j] += factor * coefficients[wp.min(group * LANES + j, last), place]
+            entries[group, entry] = value
+        for displacement in range(forces.shape[1]):
+            for j in range(LANES):
+                value[j] = loads[wp.min(group * LANES + j, last), displacement]
+            forces[group, displacement] = value
+        for j in range(LANES):
+            stable[j] = one
         for pivot in range(pivots.shape[0] - 1):
-            diagonal = entries[s, pivots[pivot, 0]]
-            inverse = wp.float64(1.0) / diagonal
-            stable = wp.where(diagonal > wp.float64(0.0), stable, 0)  # 0 also for NaN
+            value = entries[group, pivots[pivot, 0]]
+            for j in range(LANES):
+                inverse[j] = one / value[j]
+                stable[j] = wp.where(value[j] > zero, stable[j], zero)  # 0 also for NaN
             for product in range(pivots[pivot, 3], pivots[pivot + 1, 3]):
-                share = entries[s, products[product, 1]] * inverse
-                entries[s, products[product, 2]] -= entries[s, products[product, 0]] * share
+                value = entries[group, products[product, 0]]
+                share = entries[group, products[product, 1]]
+                changed = entries[group, products[product, 2]]
+                for j in range(LANES):
+                    changed[j] -= value[j] * (share[j] * inverse[j])
+                entries[group, products[product, 2]] = changed
             if forces.shape[1] > 0:
-                moved = forces[s, pivots[pivot, 1]] * inverse
-                for row in range(pivots[pivot, 2], pivots[pivot + 1, 2]):
-                    forces[s, rows[row, 1]] -= entries[s, rows[row, 0]] * moved
-        is_stable[s] = stable
+                share = forces[group, pivots[pivot, 1]]
+                for index in range(pivots[pivot, 2], pivots[pivot + 1, 2]):
+                    value = entries[group, rows[index, 0]]
+                    changed = forces[group, rows[index, 1]]
+                    for j in range(LANES):
+                        changed[j] -= value[j] * (share[j] * inverse[j])
+                    forces[group, rows[index, 1]] = changed
+        for j in range(LANES):
+            is_stable[group, j] = stable[j] > zero
 
     return eliminate
 
 
 def eliminated(
-    shared: Elimination, coefficients: np.ndarray, loads: np.ndarray
+    shared: Elimination, coefficients: np.ndarray, loads: np.ndarray, kept: np.ndarray, of_kept: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return the entries and the forces of structures after the elimination, and whether all pivots are above 0.
+    """Return entries and forces of structures after the elimination, and whether all pivots are above 0.
 
     Several threads may call this function at the same time.
 
@@ -92,12 +122,25 @@ def eliminated(
         shared: Data that all structures share.
         coefficients: Coefficients of the members [N/m], [N] and [N m], shape [structure, coefficient].
         loads: Loads on all displacements [N] and [N m], shape [structure, displacement]; without displacements: none.
+        kept: Displacements whose forces are returned, shape [kept].
+        of_kept: Entries that are returned, shape [kept, kept].
     """
-    kernel = loaded(elimination_kernel())
+    kernel, row = loaded(elimination_kernel()), wp.types.vector(length=CPU_LANES, dtype=wp.float64)
     count = len(coefficients)
-    entries, is_stable = np.empty((count, shared.constant.size)), np.empty(count, dtype=np.int32)
-    forces = np.array(loads, dtype=np.float64, order="C")
-    given = [*shared, np.ascontiguousarray(coefficients, dtype=np.float64), forces, entries, is_stable]
+    groups = -(-count // CPU_LANES)
+    entries = np.empty((groups, shared.constant.size, CPU_LANES))
+    forces, is_stable = np.empty((groups, loads.shape[1], CPU_LANES)), np.empty((groups, CPU_LANES), dtype=bool)
+    given = [*shared, coefficients, loads]
     inputs = [wp.array(each, dtype=wp.dtype_from_numpy(each.dtype), device="cpu", copy=False) for each in given]
-    wp.launch(kernel, dim=count, inputs=inputs, device="cpu")
-    return entries, forces, is_stable.astype(bool)
+    inputs += [wp.array(each, dtype=row, device="cpu", copy=False) for each in (forces, entries)]
+    inputs.append(wp.array(is_stable, dtype=wp.bool, device="cpu", copy=False))
+    wp.launch(kernel, dim=groups, inputs=inputs, device="cpu")
+
+    def by_structure(values: np.ndarray) -> np.ndarray:
+        return np.moveaxis(values, -1, 1).reshape(groups * CPU_LANES, *values.shape[1:-1])[:count]
+
+    return (
+        by_structure(entries[:, of_kept]),
+        by_structure(forces[:, kept] if forces.size else forces),
+        is_stable.ravel()[:count],
+    )

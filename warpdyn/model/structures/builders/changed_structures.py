@@ -9,10 +9,10 @@ from typing import Any
 
 import numpy as np
 
+from warpdyn.engine.methods.undamped_modes import undamped
 from warpdyn.foundations.core.checks import check_kind
 from warpdyn.model.structures.builders.chains import lumped_chain
 from warpdyn.model.structures.lumped.biaxial_spring import BiaxialSpring, Component
-from warpdyn.model.structures.lumped.matrices import undamped
 from warpdyn.model.structures.lumped.spring import Spring
 from warpdyn.model.structures.lumped.structure import LumpedStructure
 from warpdyn.model.structures.shear_building import ShearBuilding

@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 import xarray as xr
 
+from warpdyn.engine.methods.undamped_modes import undamped
 from warpdyn.foundations.core.messages import warn_caller
 from warpdyn.model.structures.frames import static
 from warpdyn.model.structures.frames.members.condensation import BUCKLES, UnstableSections
-from warpdyn.model.structures.lumped.matrices import undamped
 from warpdyn.model.structures.modal import modal_properties
 
 if TYPE_CHECKING:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import cached_property
+
 import numpy as np
 
 from warpdyn.model.structures.frames.members.numbering import Numbering
@@ -38,7 +40,7 @@ class FrameStoreys:
             found[numbers == number] = height[node] - base
         return found
 
-    @property
+    @cached_property
     def storey_drifts(self) -> dict[str, tuple[str, str | None, float]]:
         """Storeys from the ground up, {"drift 1": (upper floor, lower floor or None for the ground, height [m])}."""
         found: dict[str, tuple[str, str | None, float]] = {}

@@ -10,6 +10,7 @@ import numpy as np
 
 from warpdyn.engine.kernels.hinges.layout import JointFrame
 from warpdyn.engine.kernels.lumped.pattern import ColumnLine
+from warpdyn.engine.methods.undamped_modes import undamped
 from warpdyn.model.structures.lumped.biaxial_spring import Component
 from warpdyn.model.structures.lumped.damping import rayleigh_factors
 from warpdyn.model.structures.lumped.names import Rows, row_of
@@ -148,8 +149,10 @@ class LumpedMatrices:
         Args:
             per_spring: Stiffness [N/m] or damping coefficient [N s/m], shape [structure, spring].
         """
-        rows = self.directions
-        found: np.ndarray = np.einsum("ki,sk,kj->sij", rows, per_spring, rows, optimize=True)
+        # Hinges of frames act on no degree of freedom.
+        acting = np.flatnonzero(self.directions.any(axis=1) & per_spring.any(axis=0))
+        rows = self.directions[acting]
+        found: np.ndarray = rows.T @ (per_spring[:, acting, None] * rows)
         return found
 
     def stiffness_matrices(
@@ -283,30 +286,3 @@ def without_rounding(matrices: np.ndarray, share: float) -> np.ndarray:
     """
     root = np.sqrt(np.maximum(np.einsum("sii->si", matrices), 0.0))
     return np.where(np.abs(matrices) <= share * root[:, :, None] * root[:, None, :], 0.0, matrices)
-
-
-def undamped(mass: np.ndarray, stiffness: np.ndarray, *, is_clipped: bool = True) -> tuple[np.ndarray, np.ndarray]:
-    """Return squared circular frequencies [rad2/s2] and shapes of unit modal mass of many structures.
-
-    Args:
-        mass: Mass matrices [kg], positive definite, shape [structure, dof, dof].
-        stiffness: Stiffness matrices [N/m], shape [structure, dof, dof].
-        is_clipped: Whether negative squared frequencies are replaced by 0.
-
-    Returns:
-        Squared frequencies, [structure, mode]; shapes, [structure, dof, mode].
-    """
-    lower, scaled = _scaled(mass, stiffness)
-    squared, vectors = np.linalg.eigh(scaled)
-    return np.maximum(squared, 0.0) if is_clipped else squared, lower.transpose(0, 2, 1) @ vectors
-
-
-def squared_frequencies(mass: np.ndarray, stiffness: np.ndarray) -> np.ndarray:
-    """Return squared circular frequencies [rad2/s2], increasing, which may be negative, shape [structure, mode]."""
-    return np.linalg.eigvalsh(_scaled(mass, stiffness)[1])
-
-
-def _scaled(mass: np.ndarray, stiffness: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the inverse of the lower factor L of M = L L^T, and L^-1 K L^-T, shape [structure, dof, dof]."""
-    lower = np.linalg.inv(np.linalg.cholesky(mass))
-    return lower, lower @ stiffness @ lower.transpose(0, 2, 1)

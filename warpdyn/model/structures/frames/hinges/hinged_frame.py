@@ -239,14 +239,17 @@ class HingedFrame(HingedStructure):
         given = [each[:1] if (each == each[:1]).all() else each for each in given]
         most = max(map(len, given))
         sections = [np.broadcast_to(each, (most, each.shape[1])) for each in given]
-        parts = []
+        of_hinges = np.broadcast_to(values["stiffness"], (count, len(self.springs)))[:, len(self.frame.storey_drifts) :]
+        found = np.zeros((0, count))
         for first in range(0, most, AT_A_TIME):
             part = Sections(*(each[first : first + AT_A_TIME] for each in sections))
             own, drifts = self._values_of(part), self._drifts_under_gravity(part)
-            parts.append(packed(self.column_line, self.joints, own, drifts, self.softening_of_storeys))
-        found = np.concatenate(parts, axis=1)
-        of_hinges = np.broadcast_to(values["stiffness"], (count, len(self.springs)))[:, len(self.frame.storey_drifts) :]
-        return np.concatenate([np.broadcast_to(found, (len(found), count)), of_hinges.T])
+            rows = packed(self.column_line, self.joints, own, drifts, self.softening_of_storeys)
+            if first == 0:
+                found = np.empty((len(rows) + of_hinges.shape[1], count))
+            found[: len(rows), first : first + AT_A_TIME if most > 1 else count] = rows
+        found[len(found) - of_hinges.shape[1] :] = of_hinges.T
+        return found
 
     @cached_property
     def _softening_of_floors(self) -> np.ndarray:

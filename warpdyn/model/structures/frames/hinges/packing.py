@@ -87,8 +87,9 @@ def packed(
     if line.has_member_loads:
         rows.append(values.member_loads.reshape(len(values.member_loads), -1))
     for first, places in ((0, line.chords), (free, line.chord_storeys)):
-        turned = [joints.chords[member, first + np.array(each, int)] for member, each in enumerate(places)]
-        rows.append(np.concatenate([*turned, np.zeros(0)])[None])
+        members = np.repeat(np.arange(len(places)), [len(each) for each in places])
+        turned = first + np.array([place for each in places for place in each], dtype=int)
+        rows.append(joints.chords[members, turned][None])
     for pairs, row, column in (
         (line.between_rows, 0, 0),
         (line.with_storeys, 0, free),

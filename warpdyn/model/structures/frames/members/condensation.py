@@ -104,14 +104,16 @@ class Condensation:
         """
         from warpdyn.engine.kernels.auxiliary.elimination import eliminated
 
-        entries, forces, is_stable = eliminated(
+        stiffness, forces, is_stable = eliminated(
             self.elimination,
             coefficients.reshape(len(coefficients), -1),
             np.broadcast_to(loads, (len(coefficients), loads.shape[1])),
+            self.kept,
+            self.of_kept,
         )
         if not is_stable.all():
             raise UnstableSections(self.fault)
-        return entries[:, self.of_kept], forces[:, self.kept] if forces.size else forces
+        return stiffness, forces
 
 
 def _elimination(

@@ -116,16 +116,22 @@ def stiffness_coefficients(geometry: Geometry, sections: Sections) -> np.ndarray
     near = (4 + phi) EI / ((1 + phi) L) and far = (2 - phi) EI / ((1 + phi) L), decrease by r = s / (s + near).
     """
     length = geometry.length
-    phi = shear_ratio(geometry, sections)
-    near = np.where(geometry.is_bar, 0.0, (4 + phi) * sections.modulus * sections.inertia / ((1 + phi) * length))
+    # Without shear deformation, arrays with one value for each member take the place of those of each structure.
+    phi = shear_ratio(geometry, sections) if geometry.shear.any() else np.zeros(length.shape)
+    near = np.where(geometry.is_bar, 0.0, (4 + phi) / ((1 + phi) * length)) * (sections.modulus * sections.inertia)
     carried = (2 - phi) / (4 + phi)  # far over near
-    start, end = (_share_of_spring(geometry.end_springs[:, place], near) for place in (0, 1))
-    near = near / (1 - (1 - start) * (1 - end) * carried**2)
-    found = np.empty((*near.shape, 4))
+    square = carried**2
+    springs = geometry.end_springs.T
+    start = _share_of_spring(springs[0], near)
+    end = start if np.array_equal(*springs) else _share_of_spring(springs[1], near)
+    near /= 1 - (1 - start) * (1 - end) * square
+    # Values of successive structures are contiguous in memory, as those of drawn properties.
+    found = np.moveaxis(np.empty((length.size, 4, *near.shape[:-1])), (0, 1), (-2, -1))
     found[..., 0] = sections.modulus * sections.area / length
-    found[..., 1] = near * start * (end + (1 - end) * (1 - carried**2))
-    found[..., 2] = near * start * end * carried
-    found[..., 3] = near * end * (start + (1 - start) * (1 - carried**2))
+    of_start = near * start
+    found[..., 1] = of_start * (1 - (1 - end) * square)
+    found[..., 2] = of_start * end * carried
+    found[..., 3] = near * end * (1 - (1 - start) * square)
     return found
 
 

@@ -6,7 +6,8 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from warpdyn.model.structures.lumped.matrices import OF_STRUCTURE, LumpedMatrices, squared_frequencies, undamped
+from warpdyn.engine.methods.undamped_modes import are_diagonal, have_only_eigenvalues_above, scaled_stiffness, undamped
+from warpdyn.model.structures.lumped.matrices import OF_STRUCTURE, LumpedMatrices
 
 LEAST_OF_STIFFNESS = 1e-13  # least squared frequency of a structure that cannot move freely, over the highest one
 LEAST_OF_MASS = 1e-12  # least eigenvalue of the mass matrix, scaled to a diagonal of ones
@@ -21,8 +22,13 @@ def mass_problem(structure: LumpedMatrices, values: Mapping[str, np.ndarray]) ->
     if (diagonal <= 0).any():
         dof = structure.dof_names[np.argwhere(diagonal <= 0)[0, 1]]
         return f"degree of freedom {dof!r} has no mass: give it a mass above 0, or eliminate it by static condensation"
+    if are_diagonal(mass).all():
+        return None
     root = np.sqrt(diagonal)
-    least, shape = np.linalg.eigh(mass / root[:, :, None] / root[:, None, :])
+    scaled = mass / root[:, :, None] / root[:, None, :]
+    if have_only_eigenvalues_above(scaled, np.full(len(scaled), LEAST_OF_MASS)):
+        return None
+    least, shape = np.linalg.eigh(scaled)
     if (least[:, 0] <= LEAST_OF_MASS).any():
         first = int(np.argmax(least[:, 0] <= LEAST_OF_MASS))
         dof = structure.dof_names[int(np.abs(shape[first, :, 0]).argmax())]
@@ -40,7 +46,11 @@ def stiffness_problem(structure: LumpedMatrices, values: Mapping[str, np.ndarray
     count = max(map(len, whole.values()))
     whole = {name: np.broadcast_to(each, (count, each.shape[1])) for name, each in whole.items()}
     mass, stiffness = structure.mass_matrices(whole), structure.stiffness_matrices(whole)
-    squared = squared_frequencies(mass, stiffness)
+    scaled = scaled_stiffness(mass, stiffness)[1]
+    # The sum of the eigenvalues is at least the highest one if none is negative.
+    if have_only_eigenvalues_above(scaled, LEAST_OF_STIFFNESS * np.trace(scaled, axis1=1, axis2=2)):
+        return None
+    squared = np.linalg.eigvalsh(scaled)
     free = squared[:, 0] <= LEAST_OF_STIFFNESS * squared[:, -1]
     if not free.any():
         return None

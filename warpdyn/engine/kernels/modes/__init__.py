@@ -1,0 +1,1 @@
+"""Kernels for eigenvalues and modes of many structures."""
