@@ -133,6 +133,32 @@ CHECKS_OF_FRAMES: Mapping[str, Check] = {
         given_in(PERCENT | {"degrees": math.pi / 180, "mrad": 1e-3}),
         typical=0.2,
     ),
+    # Steel members have about 0.1 to 0.5, concrete members less. 1.5 rad are 86 degrees.
+    "hinge_ultimate_rotation": Check(
+        *("ultimate_drift of the hinge", "rad", 1e-4, 1.5),
+        given_in(PERCENT | {"degrees": math.pi / 180, "mrad": 1e-3})
+        | {"give ultimate_drift=0 for a hinge that never loses its strength": lambda value: value > 1.5},
+        typical=0.05,
+    ),
+    # OpenSees accepts such values, too: all strength is lost on the hardening line.
+    "ultimate_over_capping_rotation": Check(
+        "ultimate_drift of the hinge over its capping rotation, yield_force / stiffness + plastic_drift_to_capping,",
+        *("1", 1.0, math.inf),
+        {
+            "the hinge loses all strength before its capping point: give ultimate_drift as the total rotation, or 0 if "
+            "the strength is never lost": None
+        },
+    ),
+    # Lambda = lambda theta_p of steel members is 0.2 to 5 rad (Lignos and Krawinkler 2011).
+    "hinge_deterioration_rotation": Check(
+        *("deterioration drift", "rad", 5e-3, 20.0),
+        given_in(PERCENT | {"degrees": math.pi / 180})
+        | {
+            "it may be the ratio lambda: multiply it by the plastic (or yield) rotation by which its source divides, "
+            "or give 0 for no deterioration": lambda value: value > 20
+        },
+        typical=1.0,
+    ),
     # A yield moment is mostly at least twice the moment under gravity. With a dispersion of 0.4, 4 % of the yield
     # moments are below 0.5 times their median, so that few structures of a usual scatter yield under gravity.
     "gravity_over_random_yield": Check(
