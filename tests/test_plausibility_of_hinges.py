@@ -1,4 +1,4 @@
-"""Implausible rotations of Ibarra-Medina-Krawinkler hinges are warned of, and units are named where they are refused."""
+"""Implausible rotations of Ibarra-Medina-Krawinkler hinges are warned of; errors name a likely wrong unit."""
 
 from __future__ import annotations
 
@@ -91,5 +91,5 @@ def test_a_moment_in_newton_millimetres_is_refused_with_its_unit(spring, more, m
 
 def test_a_steep_hardening_line_is_refused_without_a_unit():
     # The yield rotation is 0.0008 rad, so that the line is as steep as the elastic one if the moment grows 39 times.
-    with pytest.raises(ValueError, match="it must be below 39.*less stiff than the elastic line$"):
+    with pytest.raises(ValueError, match=r"it must be below 39.*less stiff than the elastic line$"):
         with_hinge(capping_force_ratio=40.0)

@@ -17,6 +17,14 @@ from warpdyn.foundations.core.plausibility.check import (
     with_units,
 )
 
+# Parameter of frames whose values users give for each structure -> units by mistake.
+_UNITS_OF_GIVEN: Mapping[str, Mapping[str, float]] = {
+    "elastic_modulus": {"MPa or N/mm2": 1e6, "GPa or kN/mm2": 1e9, "kPa or kN/m2": 1e3, "ksi": 6.894757e6},
+    "area": {"mm2": 1e-6, "cm2": 1e-4},
+    "second_moment": {"mm4": 1e-12, "cm4": 1e-8},
+    "mass": MASS,
+}
+
 CHECKS_OF_FRAMES: Mapping[str, Check] = {
     # Parts of members between nodes may be short; spans of 100 m are those of bridges.
     "member_length": Check("length of the member", "m", 0.01, 150.0, given_in(LENGTH), typical=5.0),
@@ -33,6 +41,22 @@ CHECKS_OF_FRAMES: Mapping[str, Check] = {
         | with_units("area", {"mm2": 1e-6, "cm2": 1e-4}, -0.5)
         | {"with area in mm2 and second_moment in mm4": 1e-3, "with area in cm2 and second_moment in cm4": 1e-2},
         typical=0.2,
+    ),
+    # Only areas that lead to an implausible radius of gyration are compared.
+    "area_of_one_section": Check(
+        *("area of the section", "1", 0.01, 100.0),
+        with_units("area", {"mm2": 1e-6, "cm2": 1e-4}),
+        typical=1.0,
+    ),
+    # Joints of a perimeter frame have 1 to 10 % of the load of a leaning column.
+    "gravity_load_of_one": Check(
+        *("gravity_load", "1", 5e-3, 300.0),
+        with_units("gravity_load", {"kN or kN/m": 1e3, "MN or MN/m": 1e6})
+        | {
+            "gravity_load is downward if it is above 0: remove the minus sign": lambda value: value < 0,
+            "it may be multiplied by 1,000 twice, or in another unit than the others": lambda value: value > 300,
+        },
+        typical=1.0,
     ),
     # Gravity loads may be those of the joints only, without the leaning columns.
     "frame_gravity_over_weight": Check(
@@ -177,12 +201,16 @@ CHECKS_OF_FRAMES: Mapping[str, Check] = {
             given_in(units) | {"they may be in another unit, or factors, which GivenFactors takes": None},
             typical=1.0,
         )
-        for name, units in (
-            ("elastic_modulus", {"MPa or N/mm2": 1e6, "GPa or kN/mm2": 1e9, "kPa or kN/m2": 1e3, "ksi": 6.894757e6}),
-            ("area", {"mm2": 1e-6, "cm2": 1e-4}),
-            ("second_moment", {"mm4": 1e-12, "cm4": 1e-8}),
-            ("mass", MASS),
+        for name, units in _UNITS_OF_GIVEN.items()
+    },
+    # A single small area or second moment may be that of a damaged member.
+    **{
+        f"one_given_{name}": Check(
+            *(f"given {name}", "1", 0.0 if name in ("area", "second_moment") else 1e-2, 1e2),
+            given_in(units) | {"it may be in another unit than the values of the other structures": None},
+            typical=1.0,
         )
+        for name, units in _UNITS_OF_GIVEN.items()
     },
     # Steel has 0.0012 to 0.0025; springs of braces with a short yielding part have less.
     "brace_yield_strain": Check(

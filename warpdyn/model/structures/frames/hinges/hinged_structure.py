@@ -58,8 +58,8 @@ class Hinge(Spring):
             return ""
         return (
             f". Its yield rotation, yield_force / stiffness, is {rotation:.3g} rad (usual: at most "
-            f"{LARGEST_YIELD_ROTATION:g} rad): if yield_force is in N mm, give yield_force={strength / 1e3:g} [N m]; if "
-            f"spring_start or spring_end is in kN m/rad, give {1e3 * self.stiffness:g} [N m/rad]"
+            f"{LARGEST_YIELD_ROTATION:g} rad): if yield_force is in N mm, give yield_force={strength / 1e3:g} [N m]; "
+            f"if spring_start or spring_end is in kN m/rad, give {1e3 * self.stiffness:g} [N m/rad]"
         )
 
 
