@@ -62,6 +62,10 @@ def test_usual_hinges_get_no_warning(more, recwarn):
             r"\(0.02 and 0.03079 rad\) of 'B1_1 start' is 0.649.*: the hinge loses all strength before its "
             "capping point: give ultimate_drift as the total rotation",
         ),
+        (
+            {"ultimate_drift": 0.04, "plastic_drift_to_capping_negative": 0.05},
+            r"\(0.04 and 0.05079 rad\) of 'B1_1 start' is 0.787",
+        ),
         ({"plastic_drift_to_capping": 3.0}, "plastic_drift_to_capping of the hinge .* is 3 rad .*in percent, .* 0.03"),
         (
             {"unloading_deterioration_drift": 100.0},

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from warpdyn.engine.laws.backbone import negative_side
 from warpdyn.foundations.core.plausibility import PlausibilityFindings
 from warpdyn.model.structures.frames.column_line import ENDS
 
@@ -30,6 +29,7 @@ OF_PLASTIC_ROTATIONS = {
     "post_capping_drift": "hinge_post_capping_rotation",
     "ultimate_drift": "hinge_ultimate_rotation",
 }
+OF_CAPPING = ("yield_force", "plastic_drift_to_capping", "ultimate_drift")
 DETERIORATIONS = ("strength", "post_capping", "unloading")  # the first words of parameters in "deterioration_drift"
 UNLIMITED_DETERIORATION = 1e3  # rad; hinges with larger deterioration drifts are meant not to deteriorate
 
@@ -110,10 +110,12 @@ def _add_rotations(findings: PlausibilityFindings, hinge: Spring | Component) ->
         for name, check in OF_PLASTIC_ROTATIONS.items():
             where = f" {hinge.name!r}" + (f" ({name}{side})" if side else "")
             is_wrong |= findings.add(check, rotation(name + side, UNLIMITED_ROTATION), where)
-        ultimate = rotation("ultimate_drift" + side, UNLIMITED_ROTATION)
-        if np.isfinite(ultimate) and not is_wrong:
-            p = negative_side(given) if side else given
-            capping = p["yield_force"] / hinge.stiffness + p["plastic_drift_to_capping"]
+        has_capping = "ultimate_drift" in given and any(name + side in given for name in OF_CAPPING)
+        if is_wrong or not has_capping:
+            continue
+        strength, plastic, ultimate = (given.get(name + side, given[name]) for name in OF_CAPPING)
+        if 0 < ultimate < UNLIMITED_ROTATION:
+            capping = strength / hinge.stiffness + plastic
             values = f" ({ultimate:.4g} and {capping:.4g} rad) of {hinge.name!r}"
             findings.add("ultimate_over_capping_rotation", ultimate / capping, values)
     for mode in DETERIORATIONS:
