@@ -7,6 +7,8 @@ from collections.abc import Mapping
 import numpy as np
 
 from warpdyn.foundations.core.plausibility import PlausibilityFindings
+from warpdyn.foundations.core.plausibility.check import Mistakes
+from warpdyn.foundations.core.plausibility.frames import FRAME_PERIOD, FRAME_YIELD
 from warpdyn.foundations.core.units import STANDARD_GRAVITY
 from warpdyn.model.scene.scatter import GivenFactors, GivenValues, Scatter, combined
 from warpdyn.model.structures.builders.flexural_shear_building import FlexuralShearBuilding
@@ -45,9 +47,9 @@ def add_lumped(
     is_frame = hasattr(structure, "frame")  # runs of other structures do not import frames
     names = structure.names_along("spring")
 
-    def add(check: str, quantity: np.ndarray) -> None:
+    def add(check: str, quantity: np.ndarray, mistakes: Mistakes | None = None) -> None:
         found = quantity.tolist()
-        findings.add_each(check, found, lambda place: f" of spring {names[place]!r}{where}")
+        findings.add_each(check, found, lambda place: f" of spring {names[place]!r}{where}", mistakes=mistakes)
 
     capacity = getattr(structure, "drift_capacity", None)  # of frames, which runs of other structures do not import
     if capacity is not None:
@@ -68,8 +70,8 @@ def add_lumped(
             from warpdyn.model.structures.frames.hinges.plausibility import STRONG_ROTATION
 
             yields = np.where(rotates & (yields >= STRONG_ROTATION), np.nan, yields)  # hinges that stay elastic
-        add("spring_yield_deformation", np.where(rotates, np.nan, yields))
-        add("spring_yield_rotation", np.where(rotates, yields, np.nan))
+        add("spring_yield_deformation", np.where(rotates, np.nan, yields), FRAME_YIELD[False] if is_frame else None)
+        add("spring_yield_rotation", np.where(rotates, yields, np.nan), FRAME_YIELD[True] if is_frame else None)
         strength = np.nansum(np.where(rotates, np.nan, values["yield_force"]))
         moving = values["mass"][~np.array(structure.kinds.rotating["dof"])].sum()
         if strength > 0 and moving > 0 and not is_warned.any():
@@ -81,7 +83,7 @@ def add_lumped(
         findings.add("storey_height", heights, where, along="storey")
     if (is_frame or isinstance(structure, FlexuralShearBuilding)) and structure.storeys > 1:
         ratio = structure.fundamental_period / values["height"].sum()
-        findings.add("first_period_over_height", ratio, where)
+        findings.add("first_period_over_height", ratio, where, mistakes=FRAME_PERIOD if is_frame else None)
     if isinstance(structure, TorsionalBuilding):
         sides = np.diff(structure.plan, axis=1).ravel()
         findings.add("plan_side", sides, where)

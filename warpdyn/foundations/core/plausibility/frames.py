@@ -12,6 +12,7 @@ from warpdyn.foundations.core.plausibility.check import (
     PERCENT,
     Check,
     G,
+    Mistakes,
     given_in,
     one_in,
     with_units,
@@ -23,6 +24,16 @@ _UNITS_OF_GIVEN: Mapping[str, Mapping[str, float]] = {
     "area": {"mm2": 1e-6, "cm2": 1e-4},
     "second_moment": {"mm4": 1e-12, "cm4": 1e-8},
     "mass": MASS,
+}
+
+# Likely mistakes that lead to checked quantities of all structures, for frames, whose stiffnesses users do not give.
+FRAME_PERIOD: Mistakes = with_units("masses", MASS, 0.5) | {
+    "masses [kg], elastic_modulus [Pa] or second_moment [m4] may be in another unit": lambda value: value > 1,
+    "spring_start and spring_end may be in kN m/rad instead of N m/rad": lambda value: value > 1,
+}
+FRAME_YIELD: Mapping[bool, Mistakes] = {  # of a hinge, and of a brace
+    True: with_units("yield_force", {"kN m": 1e3, "MN m": 1e6, "N mm": 1e-3}),
+    False: with_units("yield_force", {"kN": 1e3, "MN": 1e6}) | with_units("area", {"mm2": 1e-6, "cm2": 1e-4}, -1),
 }
 
 CHECKS_OF_FRAMES: Mapping[str, Check] = {
