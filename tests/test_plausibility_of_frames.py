@@ -150,10 +150,12 @@ def test_the_gravity_check_is_kept_where_that_of_yield_rotations_is_turned_off()
         with_hinges(300.0)
 
 
-def test_masses_of_zero_are_refused_with_the_degree_of_freedom():
-    frame = with_hinges(4e5)
-    problem = frame.problem(dict(frame.parameters) | {"mass": np.array([[1e5], [0.0]])})
-    assert problem.startswith("mass [kg] of degree of freedom 'floor 1' must be above 0, got 0 in structure 1")
+@pytest.mark.parametrize("wrong", [0.0, -1e4, np.nan])
+def test_masses_without_inertia_are_refused_with_the_degree_of_freedom(wrong):
+    message = f"degree of freedom 'floor 1' has no mass in structure 1 ({wrong:g} kg): give it a mass above 0"
+    for each in (with_hinges(4e5), structure()):
+        problem = each.problem(dict(each.parameters) | {"mass": np.array([[1e5], [wrong], [1e5]])})
+        assert problem.startswith(message)
 
 
 def test_one_stiffness_of_a_hinge_in_another_unit_is_warned_of():
