@@ -19,7 +19,7 @@ from warpdyn.model.structures.lumped.structure import LumpedStructure
 FREE = 1e-12  # a motion is free if its squared frequency is at most this share of the highest one (rounding)
 LOW_SHARE, LOW = 0.05, -1.6449  # share of structures, and the standard normal value that it does not exceed
 FEWEST_STRUCTURES = 3  # structures whose median is compared with each of them
-MAY_BE_SMALL = ("area", "second_moment")  # given values, such as of a damaged member in one structure
+MAY_BE_SMALL = ("area", "second_moment")  # given values, for example of a damaged member in one structure
 LEAST_STOREY_HEIGHT = 1.5  # m; the springs of a lower storey may be bearings
 # Parameter of springs -> name of its check.
 OF_SPRINGS = {
