@@ -154,6 +154,7 @@ def test_order_of_convergence_of_a_controlled_structure(sampled_displacements):
     assert 2.8 <= np.log2(errors[0] / errors[1]) <= 4.6
 
 
+@pytest.mark.meant_as_given("sensor_noise_of_velocity", "sensor_noise_of_acceleration")  # noise alone
 def test_sensor_noise_has_its_variance():
     growth, driven, of_state, of_force = matrices()
     states = OBSERVED.states
@@ -181,6 +182,9 @@ def test_sensor_noise_has_its_variance():
     np.testing.assert_array_equal(again["peak_control_force"].values[:, 0], force[:8])
 
 
+@pytest.mark.meant_as_given(
+    "sensor_resolution_of_displacement", "sensor_resolution_of_velocity", "sensor_resolution_of_acceleration"
+)
 def test_rounded_sensors():
     run = observed(duration=1.0, resolution=1e3)  # all sensor values are rounded to 0
     assert run["peak_control_force"].item() == 0.0

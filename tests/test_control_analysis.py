@@ -325,9 +325,16 @@ def test_scenes_that_cannot_be_controlled():
         wd.simulate(finer, step=0.005, device="cpu")
 
 
-def test_warnings_of_slow_sampling():
-    with pytest.warns(UserWarning, match="=0.2 s is long for the first period.* in ms, give 0.0002"):
-        wd.Scene(CHAIN, wd.Cloud([MOTION]), control=control.Control(**GOOD | {"sampling_interval": 0.2}))
+@pytest.mark.parametrize(
+    ("interval", "meant"),
+    [
+        (0.2, "=0.2 s is long for the first period.* give at most 0.0[0-9]+ s, mostly 0.001 to 0.02 s$"),  # not ms
+        (10.0, "=10 s is long for the first period.* if 10 is in ms, give 0.01$"),
+    ],
+)
+def test_warnings_of_slow_sampling(interval, meant):
+    with pytest.warns(UserWarning, match=meant):
+        wd.Scene(CHAIN, wd.Cloud([MOTION]), control=control.Control(**GOOD | {"sampling_interval": interval}))
 
 
 def test_a_controlled_scene_is_rebuilt_from_its_json():

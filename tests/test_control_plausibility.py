@@ -18,7 +18,6 @@ DAMPED = {"damping": "rayleigh", "damping_ratio": 0.02}
 STIFFNESS = np.repeat([8.62e8, 5.54e8, 4.54e8, 2.91e8, 2.56e8, 1.72e8], [5, 6, 3, 3, 2, 1])
 TALL = wd.ShearBuilding(1.1e6, STIFFNESS, 4.0, **DAMPED)
 FORCES = np.repeat([4.8e6, 2.4e6, 1.2e6], [5, 9, 6])  # N, of the actuators of each storey
-SKYHOOK = control.OnOffSkyhook(low=0.0, high=1.0)
 
 
 def mass_damper():
@@ -32,8 +31,9 @@ def mass_damper():
 
 def scene(structure, actuators, motions=(MOTION,), design=None):
     forces = control.Regulator(np.zeros((len(actuators), 2 * structure.dofs)))
-    of_dampers = isinstance(actuators[0], control.VariableDamper)
-    laws = {"controller": SKYHOOK} if of_dampers else {"regulator": forces}
+    laws = {"regulator": forces}
+    if isinstance(actuators[0], control.VariableDamper):
+        laws = {"controller": control.OnOffSkyhook(low=0.0, high=actuators[0].high)}
     loop = control.Control(actuators, sampling_interval=0.01, **laws)
     return wd.Scene(structure, design or wd.Cloud(list(motions)), control=loop)
 
@@ -208,3 +208,38 @@ def test_a_delay_in_milliseconds_is_warned_of():
     delayed(0.1)
     with pytest.warns(UserWarning, match=r"delay of the control over the first period .*with delay given in ms"):
         delayed(10.0)
+
+
+@pytest.mark.parametrize("make", [control.OnOffSkyhook, control.ContinuousSkyhook])
+def test_a_controller_whose_high_coefficient_is_in_another_unit_is_warned_of(make, recwarn):
+    damper = control.VariableDamper(1, high=CRITICAL)
+    warn_of_implausible(commanded(damper, make(low=0.0, high=0.2 * CRITICAL)))
+    assert not recwarn.list
+    meant = "high coefficient of the controller adds .* is 0.0002 .*with high of the controller given in kN s/m, .* 0.2"
+    with pytest.warns(UserWarning, match=meant) as caught:
+        warn_of_implausible(commanded(damper, make(low=0.0, high=2e-4 * CRITICAL)))
+    assert len(caught) == 1
+
+
+def sensed(**sensors):
+    """Return an oscillator of 1 s (omega = 6.32 rad/s) under a motion of 3 m/s2, whose sensors have errors."""
+    forces = control.Regulator(np.zeros((1, 3)))  # of displacements, velocities and accelerations
+    loop = control.Control([control.Actuator(1)], regulator=forces, sampling_interval=0.01, **sensors)
+    return wd.Scene(OSCILLATOR, MOTION, control=loop)
+
+
+@pytest.mark.parametrize("name", ["noise", "resolution"])
+@pytest.mark.parametrize(
+    ("kind", "usual", "wrong", "meant"),
+    [
+        ("displacement", 1e-4, 0.1, "0.075 m, is 1.33.*with {} given in mm, it would be 0.00133"),  # 3 / 40 m
+        ("velocity", 1e-2, 1.0, "0.474 m/s, is 2.1.*with {} given in mm/s, .*, or with {} given in cm/s, .* 0.0211"),
+        ("acceleration", 0.05, 5.0, "3 m/s2, is 1.66.*with {} given in mm/s2, .*, or with {} given in mg, .* 0.016"),
+    ],
+)
+def test_errors_of_sensors_in_another_unit_are_warned_of(name, kind, usual, wrong, meant, recwarn):
+    warn_of_implausible(sensed(**{name: {kind: usual}}))
+    assert not recwarn.list
+    with pytest.warns(UserWarning, match=f"{name} of {kind} over .* response, {meant.replace('{}', name)}") as caught:
+        warn_of_implausible(sensed(**{name: {kind: wrong}}))
+    assert len(caught) == 1

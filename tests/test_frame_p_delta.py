@@ -106,6 +106,11 @@ def test_sections_with_which_a_part_between_kept_degrees_of_freedom_buckles_are_
     assert found == pytest.approx(stiffness, rel=0.05)
     with pytest.raises(ValueError, match="buckles under gravity between the kept degrees of freedom"):
         structure.stiffness_matrices(of_one(structure, second_moment=np.full(3, 0.7e-6)))
+    for first in range(7):  # found by bisection
+        values = np.full((7, 3), 1e-5)
+        values[[first, 6]] = 0.7e-6
+        problem = structure.problem(dict(structure.parameters) | {"second_moment": values})
+        assert problem.startswith(f"structure {first}: ")
     given = wd.GivenValues([[1e-5] * 3, [0.7e-6] * 3])
     scene = wd.Scene(structure, wd.GroundMotion(np.sin(np.arange(200) / 10), 0.01), {"second_moment": given})
     text = r"structure 1: .*buckles under gravity between .*reduce the scatter"

@@ -14,6 +14,7 @@ import warpdyn as wd
 from warpdyn.model.scene.plausibility import warn_of_implausible
 
 pytestmark = pytest.mark.meant_as_given(
+    "gravity_load_of_one",  # a load above the buckling load
     "no_damping",
     "damping_ratio",
     "first_period",

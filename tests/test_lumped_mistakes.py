@@ -76,7 +76,7 @@ def test_fragility_names_the_demand_of_a_lumped_structure():
     stripes = wd.Stripes([pulse(2.0, 0.5, 0.4, 2.0)], [0.1, 0.2], wd.PeakGroundAcceleration())
     run = wd.simulate(wd.Scene(LUMPED, stripes), device="cpu")
     for function in (wd.fragility, wd.fragility_of_cloud):
-        with pytest.raises(ValueError, match=r"has storeys \(storey_height=\) and .*; otherwise give demand=, such as"):
+        with pytest.raises(ValueError, match=r"LumpedStructure needs storeys .*; otherwise give demand=, such as"):
             function(run, {"slight": 0.01})
 
 

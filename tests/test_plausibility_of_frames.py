@@ -150,10 +150,12 @@ def test_the_gravity_check_is_kept_where_that_of_yield_rotations_is_turned_off()
         with_hinges(300.0)
 
 
-def test_masses_of_zero_are_refused_with_the_degree_of_freedom():
-    frame = with_hinges(4e5)
-    problem = frame.problem(dict(frame.parameters) | {"mass": np.array([[1e5], [0.0]])})
-    assert problem.startswith("mass [kg] of degree of freedom 'floor 1' must be above 0, got 0 in structure 1")
+@pytest.mark.parametrize("wrong", [0.0, -1e4, np.nan])
+def test_masses_without_inertia_are_refused_with_the_degree_of_freedom(wrong):
+    message = f"degree of freedom 'floor 1' has no mass in structure 1 ({wrong:g} kg): give it a mass above 0"
+    for each in (with_hinges(4e5), structure()):
+        problem = each.problem(dict(each.parameters) | {"mass": np.array([[1e5], [wrong], [1e5]])})
+        assert problem.startswith(message)
 
 
 def test_one_stiffness_of_a_hinge_in_another_unit_is_warned_of():
@@ -167,3 +169,33 @@ def test_one_stiffness_of_a_hinge_in_another_unit_is_warned_of():
     meant = r"of 'B1_1 start' is 0.01 .*with spring_start or spring_end given in kN m/rad, it would be 10"
     with pytest.warns(UserWarning, match=meant):
         wd.HingedFrame(wd.Frame(**arguments), {("B1_1", "start"): hinge}, damping="modal", damping_ratio=0.02)
+
+
+@pytest.mark.parametrize(
+    ("name", "factor", "meant"),
+    [
+        (
+            "second_moment",
+            1e8,
+            "given second_moment of member 'B1_1' in structure 2 over .* is 1e.08 .*in cm4, .* be 1,",
+        ),
+        (
+            "area",
+            1e4,
+            "given area of member 'B1_1' in structure 2 over .* is 10000 .*: if given in cm2, it would be 1,",
+        ),
+        ("elastic_modulus", 1e-6, "given elastic_modulus of member 'B1_1' in structure 2 .*: if given in MPa .* be 1,"),
+    ],
+)
+def test_one_structure_of_many_in_another_unit_is_warned_of(name, factor, meant):
+    given = np.outer(np.ones(5), structure().parameters[name])
+    given[2, list(structure().frame.members).index("B1_1")] *= factor
+    with pytest.warns(UserWarning, match=meant) as caught:
+        warn_of_implausible(wd.Scene(structure(), MOTION, {name: wd.GivenValues(given)}))
+    assert len(caught) == 1
+
+
+def test_one_structure_with_a_damaged_member_is_not_warned_of():
+    given = np.outer(np.ones(5), structure().parameters["second_moment"])
+    given[2, list(structure().frame.members).index("B1_1")] *= 1e-3
+    warn_of_implausible(wd.Scene(structure(), MOTION, {"second_moment": wd.GivenValues(given)}))

@@ -116,8 +116,11 @@ def checked_demand(function: str, dataset: xr.Dataset, name: str, status: np.nda
         named = [each for each in (DRIFT, *known) if each in known and str(name).lower() in each.split("_")]
         if name == DRIFT and "spring" in dataset.dims:
             listed = ", ".join(known)
+            # Runs of frames have the coordinate "member".
+            needs = "a LumpedStructure needs storeys (storey_height= and storey_springs=)"
+            needs = "the Frame needs rigid floors (diaphragms=)" if "member" in dataset.dims else needs
             advice = (
-                "a lumped structure has drift ratios if it has storeys (storey_height=) and the recorder 'drift'; "
+                f"add the recorder 'drift', such as Scene(..., recorders=('drift', 'spring')), for which {needs}; "
                 "otherwise give demand=, such as demand='peak_spring_deformation'"
             )
             advice += f"; the run has {listed}" if known else ""

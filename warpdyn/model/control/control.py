@@ -25,6 +25,7 @@ UNITS = {"displacement": "m", "velocity": "m/s", "acceleration": "m/s2", "force"
 COMMANDS = {FORCE: "a force [N]", DAMPER: "a coefficient [N s/m]", MAGNETORHEOLOGICAL: "a voltage [V]"}
 # Above this product of the slowest circular frequency and the sampling interval, the loop cannot follow the vibration.
 COARSE_SAMPLING = 0.5
+LEAST_MILLISECONDS = 0.5  # a number below it is not a sampling interval in ms
 LARGEST_LAG = 45.0  # of the force of an actuator behind its command at the first period [degrees]; warned above
 
 
@@ -198,11 +199,13 @@ class Control:
                     f"{name}. Check wd.control.closed_loop_eigenvalues"
                 )
         if slowest * self.sampling_interval > COARSE_SAMPLING:
+            advice = f"give at most {COARSE_SAMPLING / slowest:.2g} s, mostly 0.001 to 0.02 s"
+            if self.sampling_interval >= LEAST_MILLISECONDS:
+                advice = f"if {self.sampling_interval:g} is in ms, give {self.sampling_interval / 1000:g}"
             warn_caller(
                 f"sampling_interval={self.sampling_interval:g} s is long for the first period of the structure, "
                 f"{2 * np.pi / slowest:.3g} s: the commands lag behind the vibration by half of the interval. "
-                f"sampling_interval= is in seconds: if {self.sampling_interval:g} is in ms, give "
-                f"{self.sampling_interval / 1000:g}"
+                f"sampling_interval= is in seconds: {advice}"
             )
 
     def rules(self, structure: Structure) -> ControlRules:

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from warpdyn.engine.controllers.built_in import ConstantCommand, SkyhookDamper
+from warpdyn.engine.controllers.built_in import ConstantCommand, ContinuousSkyhook, OnOffSkyhook, SkyhookDamper
 from warpdyn.foundations.core.plausibility import PlausibilityFindings
 from warpdyn.foundations.core.plausibility.table import CHECKS
 from warpdyn.foundations.core.units import STANDARD_GRAVITY
 from warpdyn.model.control.actuators import Actuator, VariableDamper
-from warpdyn.model.control.control import Control
+from warpdyn.model.control.control import UNITS, Control
 from warpdyn.model.control.state_space import state_space
 from warpdyn.model.ground_motions.designs import OneMotionPerStructure, Stripes
 from warpdyn.model.ground_motions.excitation import Excitation
@@ -60,7 +60,10 @@ def add_control(
     of_modes = places.T @ shapes  # displacement between the ends of each actuator
     if is_damper.any():
         high = np.array([each.high if isinstance(each, VariableDamper) else 0.0 for each in control.actuators])
-        findings.add("variable_damper_ratio", (high @ of_modes**2 / (2 * np.sqrt(squared))).max())
+        is_weak = findings.add("variable_damper_ratio", (high @ of_modes**2 / (2 * np.sqrt(squared))).max())
+        if isinstance(control.controller, OnOffSkyhook | ContinuousSkyhook) and not is_weak:
+            closed = np.minimum(high, control.controller.high)
+            findings.add("high_command_ratio", (closed @ of_modes**2 / (2 * np.sqrt(squared))).max())
         if constant > 0:
             closed = np.where(is_damper, constant, 0.0)
             findings.add("constant_damper_ratio", (closed @ of_modes**2 / (2 * np.sqrt(squared))).max())
@@ -68,6 +71,32 @@ def add_control(
         upper = shapes[[each.rules(structure).rows[0][0] for each in control.actuators]]
         ratios = sky * np.abs((of_modes * upper).sum(axis=0)) / (2 * np.sqrt(squared))
         findings.add("skyhook_ratio", ratios.max())
+
+
+def add_sensors(
+    findings: PlausibilityFindings, control: Control, structure: Structure, excitation: Excitation, *, is_live: bool
+) -> None:
+    """Add noise and resolutions of sensors that hide the response of a structure to `findings`.
+
+    The expected peaks are those of an oscillator with the first period: a, a / omega and a / omega**2 with the peak
+    acceleration a of the strongest motion. They are not known for all excitations.
+
+    Args:
+        findings: Implausible values found so far.
+        control: The control of the structure.
+        structure: The structure, which has neither free motions nor buckles.
+        excitation: The excitation.
+        is_live: Whether the motions are only the form of one that arrives later; then a is that of a usual earthquake.
+    """
+    peak = CHECKS["peak_ground_acceleration"].typical if is_live else _strongest_motion(excitation, structure)
+    if not peak:
+        return
+    rate = float(np.abs(np.linalg.eigvals(state_space(structure, ()).dynamics)).min())
+    expected = {"displacement": peak / rate**2, "velocity": peak / rate, "acceleration": peak}
+    for name in ("noise", "resolution"):
+        for kind, size in expected.items():
+            where = f" {size:.3g} {UNITS[kind]},"
+            findings.add(f"sensor_{name}_of_{kind}", getattr(control, name).get(kind, 0.0) / size, where)
 
 
 def compared_peak(excitation: Excitation, structure: Structure, *, is_live: bool) -> tuple[float | None, str]:
@@ -78,15 +107,30 @@ def compared_peak(excitation: Excitation, structure: Structure, *, is_live: bool
     if isinstance(excitation, FilteredNoise):
         return peak_of_noise(excitation), "the peak of the noise"
     if isinstance(excitation, FreeVibration):
-        # As if the start were a vibration in the first mode, which has the least acceleration.
-        displacement, velocity = (np.abs(each).max() for each in excitation.initial_state(structure.dofs))
-        rate = float(np.abs(np.linalg.eigvals(state_space(structure, ()).dynamics)).min())
-        return max(rate**2 * displacement, rate * velocity), "that of the free vibration in the first mode"
-    return _weakest_motion(excitation), "the peak of the weakest motion"
+        return _of_free_vibration(excitation, structure), "that of the free vibration in the first mode"
+    peaks = _peaks_of_motions(excitation)
+    return None if peaks is None else float(peaks.min()), "the peak of the weakest motion"
 
 
-def _weakest_motion(excitation: Excitation) -> float | None:
-    """Return the peak acceleration of the weakest motion after scaling [m/s2]; None if it is not known."""
+def _strongest_motion(excitation: Excitation, structure: Structure) -> float | None:
+    """Return the peak acceleration of the strongest motion or of a free vibration [m/s2]; None if it is not known."""
+    if isinstance(excitation, FilteredNoise):
+        return peak_of_noise(excitation)
+    if isinstance(excitation, FreeVibration):
+        return _of_free_vibration(excitation, structure)
+    peaks = _peaks_of_motions(excitation)
+    return None if peaks is None else float(peaks.max())
+
+
+def _of_free_vibration(excitation: FreeVibration, structure: Structure) -> float:
+    """Return the acceleration of a start in the first mode, which has the least acceleration [m/s2]."""
+    displacement, velocity = (np.abs(each).max() for each in excitation.initial_state(structure.dofs))
+    rate = float(np.abs(np.linalg.eigvals(state_space(structure, ()).dynamics)).min())
+    return max(rate**2 * displacement, rate * velocity)
+
+
+def _peaks_of_motions(excitation: Excitation) -> np.ndarray | None:
+    """Return the peak accelerations of the motions after scaling [m/s2]; None if they are not known."""
     motions = [each for each in excitation.motions if isinstance(each, GroundMotion)] if excitation.is_design else []
     if not motions or len(motions) < len(excitation.motions):
         return None
@@ -96,5 +140,6 @@ def _weakest_motion(excitation: Excitation) -> float | None:
         levels = np.asarray(excitation.levels)[level]
         peaks = peaks[motion] * excitation.measure.scale_factors(levels, excitation.intensities[motion])
     elif isinstance(excitation, OneMotionPerStructure | MotionsAtSites):
-        peaks = peaks.min() * np.asarray(excitation.scale)
-    return float(np.min(peaks))
+        scale = np.asarray(excitation.scale)
+        peaks = np.append(peaks.min() * scale, peaks.max() * scale)  # which motion each scale belongs to may be random
+    return peaks

@@ -7,6 +7,8 @@ from collections.abc import Mapping
 import numpy as np
 
 from warpdyn.foundations.core.plausibility import PlausibilityFindings
+from warpdyn.foundations.core.plausibility.check import Mistakes
+from warpdyn.foundations.core.plausibility.frames import FRAME_PERIOD
 from warpdyn.foundations.core.units import STANDARD_GRAVITY
 from warpdyn.model.ground_motions.designs import OneMotionPerStructure, Stripes
 from warpdyn.model.ground_motions.event_sequences import EventSequence
@@ -85,11 +87,13 @@ def warn_of_implausible(
         _add_excitation(findings, excitation, period)
     if scene.control is not None:
         # Runs without control do not import it.
-        from warpdyn.model.control.plausibility import add_control, compared_peak
+        from warpdyn.model.control.plausibility import add_control, add_sensors, compared_peak
 
         # Tyres and suspensions isolate machines from most of the acceleration of a road.
         peak, of = (None, "") if structure.is_machine else compared_peak(excitation, structure, is_live=is_live)
         add_control(findings, scene.control, structure, peak, of)
+        if not structure.is_machine:
+            add_sensors(findings, scene.control, structure, excitation, is_live=is_live)
         if period > 0:
             findings.add("control_delay_over_period", scene.control.delay / period, f" of {period:.3g} s")
     for given in (step, longest_step):
@@ -137,7 +141,8 @@ def _add_structure(
         if structure.problem(values):
             return 0.0  # the run reports it
         add_lumped(findings, structure, values, where)
-        return _add_linear_system(findings, structure.central_matrices(values), is_shaken=is_shaken)
+        matrices, mistakes = structure.central_matrices(values), FRAME_PERIOD if hasattr(structure, "frame") else None
+        return _add_linear_system(findings, matrices, mistakes, is_shaken=is_shaken)
     if isinstance(structure, LinearSystem):
         matrices = {name: structure.parameters[name] for name in structure.parameters}
         factors = central(structure, scatter)
@@ -174,15 +179,28 @@ def _values(building: ShearBuilding, scatter: Scatter) -> dict[str, np.ndarray]:
     return found
 
 
-def _add_linear_system(findings: PlausibilityFindings, matrices: Mapping[str, np.ndarray], *, is_shaken: bool) -> float:
-    """Add implausible values of a LinearSystem to `findings`; return its first period [s]."""
+def _add_linear_system(
+    findings: PlausibilityFindings,
+    matrices: Mapping[str, np.ndarray],
+    mistakes: Mistakes | None = None,
+    *,
+    is_shaken: bool,
+) -> float:
+    """Add implausible values of a linear system to `findings`; return its first period [s].
+
+    Args:
+        findings: Implausible values found so far.
+        matrices: The matrices "mass", "damping" and "stiffness".
+        mistakes: Likely mistakes that lead to an unusual period; None: those of a building.
+        is_shaken: Whether the base moves.
+    """
     mass, damping, stiffness = matrices["mass"], matrices["damping"], matrices["stiffness"]
     factor = np.linalg.inv(np.linalg.cholesky(mass))
     squared, shapes = np.linalg.eigh(factor @ stiffness @ factor.T)
     first = int((squared > FREE * squared[-1]).argmax())  # the lowest mode with a stiffness
     omega, shape = float(np.sqrt(squared[first])), factor.T @ shapes[:, first]
     period = 2 * np.pi / omega
-    findings.add("first_period", period)
+    findings.add("first_period", period, mistakes=mistakes)
     ratio = float(shape @ damping @ shape) / (2 * omega)
     if damping.any():
         findings.add("damping_ratio", ratio)

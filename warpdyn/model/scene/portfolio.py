@@ -17,7 +17,7 @@ from warpdyn.foundations.core.near_misses import with_suggestions
 from warpdyn.foundations.core.output_variables import KIND_ATTRIBUTES, KIND_OF_ARCHETYPES
 from warpdyn.model.scene.correlation import check_correlation
 from warpdyn.model.scene.scatter import GivenValues, Scatter, check_scatter
-from warpdyn.model.structures.lumped.places.storeys import NEEDS_STOREYS
+from warpdyn.model.structures.lumped.places.storeys import needs_storeys
 from warpdyn.model.structures.lumped.structure import LumpedStructure
 from warpdyn.model.structures.shear_building import ShearBuilding, numbered_storeys
 from warpdyn.model.structures.structure import Structure
@@ -61,7 +61,9 @@ class Archetype:
                 "Archetype(wd.ShearBuilding(...), count)"
             )
         if "drift" in self.building.lacking:
-            raise ValueError(f"building: a {type(self.building).__name__} in a portfolio {NEEDS_STOREYS}")
+            raise ValueError(
+                f"building: a {type(self.building).__name__} in a portfolio {needs_storeys(self.building)}"
+            )
         if self.building.components > 1:
             raise ValueError(
                 f"building: the structure has {self.building.components} components of base motion, but buildings of a "

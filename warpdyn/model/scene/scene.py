@@ -22,7 +22,7 @@ from warpdyn.model.scene.correlation import check_correlation
 from warpdyn.model.scene.recording.floor_spectra import FloorSpectra
 from warpdyn.model.scene.scatter import SAMPLING, GivenValues, Scatter, central, check_scatter, representative
 from warpdyn.model.structures.lumped.matrices import INCIDENCE
-from warpdyn.model.structures.lumped.places.storeys import NEEDS_STOREYS
+from warpdyn.model.structures.lumped.places.storeys import needs_storeys
 from warpdyn.model.structures.structure import Structure
 
 if TYPE_CHECKING:
@@ -177,7 +177,7 @@ class Scene:
             if name in lacking:
                 kind = type(self.structure).__name__
                 needs = {
-                    "drift": NEEDS_STOREYS,
+                    "drift": needs_storeys(self.structure),
                     "energy": f"is not possible: energies of a {kind} are not recorded. Remove it",
                 }.get(name, f"needs {name}s= of the {kind}")
                 raise ValueError(f"recorder {name!r} {needs}")
@@ -187,7 +187,9 @@ class Scene:
         if limit is not None:
             real_number("collapse_drift_ratio", limit, above=0)
             if "drift" not in known or "drift" in lacking:
-                raise ValueError(f"collapse_drift_ratio {NEEDS_STOREYS}, or remove collapse_drift_ratio=")
+                raise ValueError(
+                    f"collapse_drift_ratio {needs_storeys(self.structure)}, or remove collapse_drift_ratio="
+                )
         if self.tail is not None:
             real_number("tail [s]", self.tail, least=0)
             if not self.excitation.has_tail and self.tail > 0:

@@ -8,6 +8,8 @@ import numpy as np
 
 from warpdyn.engine.methods.undamped_modes import undamped
 from warpdyn.foundations.core.plausibility import PlausibilityFindings
+from warpdyn.foundations.core.plausibility.check import Mistakes
+from warpdyn.foundations.core.plausibility.frames import FRAME_PERIOD, FRAME_YIELD
 from warpdyn.foundations.core.units import STANDARD_GRAVITY
 from warpdyn.model.scene.scatter import GivenFactors, GivenValues, Scatter, combined
 from warpdyn.model.structures.builders.flexural_shear_building import FlexuralShearBuilding
@@ -17,6 +19,8 @@ from warpdyn.model.structures.lumped.structure import LumpedStructure
 
 FREE = 1e-12  # a motion is free if its squared frequency is at most this share of the highest one (rounding)
 LOW_SHARE, LOW = 0.05, -1.6449  # share of structures, and the standard normal value that it does not exceed
+FEWEST_STRUCTURES = 3  # structures whose median is compared with each of them
+MAY_BE_SMALL = ("area", "second_moment")  # given values, for example of a damaged member in one structure
 LEAST_STOREY_HEIGHT = 1.5  # m; the springs of a lower storey may be bearings
 # Parameter of springs -> name of its check.
 OF_SPRINGS = {
@@ -44,9 +48,9 @@ def add_lumped(
     is_frame = hasattr(structure, "frame")  # runs of other structures do not import frames
     names = structure.names_along("spring")
 
-    def add(check: str, quantity: np.ndarray) -> None:
+    def add(check: str, quantity: np.ndarray, mistakes: Mistakes | None = None) -> None:
         found = quantity.tolist()
-        findings.add_each(check, found, lambda place: f" of spring {names[place]!r}{where}")
+        findings.add_each(check, found, lambda place: f" of spring {names[place]!r}{where}", mistakes=mistakes)
 
     capacity = getattr(structure, "drift_capacity", None)  # of frames, which runs of other structures do not import
     if capacity is not None:
@@ -67,8 +71,8 @@ def add_lumped(
             from warpdyn.model.structures.frames.hinges.plausibility import STRONG_ROTATION
 
             yields = np.where(rotates & (yields >= STRONG_ROTATION), np.nan, yields)  # hinges that stay elastic
-        add("spring_yield_deformation", np.where(rotates, np.nan, yields))
-        add("spring_yield_rotation", np.where(rotates, yields, np.nan))
+        add("spring_yield_deformation", np.where(rotates, np.nan, yields), FRAME_YIELD[False] if is_frame else None)
+        add("spring_yield_rotation", np.where(rotates, yields, np.nan), FRAME_YIELD[True] if is_frame else None)
         strength = np.nansum(np.where(rotates, np.nan, values["yield_force"]))
         moving = values["mass"][~np.array(structure.kinds.rotating["dof"])].sum()
         if strength > 0 and moving > 0 and not is_warned.any():
@@ -80,7 +84,7 @@ def add_lumped(
         findings.add("storey_height", heights, where, along="storey")
     if (is_frame or isinstance(structure, FlexuralShearBuilding)) and structure.storeys > 1:
         ratio = structure.fundamental_period / values["height"].sum()
-        findings.add("first_period_over_height", ratio, where)
+        findings.add("first_period_over_height", ratio, where, mistakes=FRAME_PERIOD if is_frame else None)
     if isinstance(structure, TorsionalBuilding):
         sides = np.diff(structure.plan, axis=1).ravel()
         findings.add("plan_side", sides, where)
@@ -107,13 +111,15 @@ def add_scatter_of_frame(
     for name in (*OF_MEMBERS, "mass") if hasattr(structure, "frame") else ():
         spread, nominal = scatter.get(name), structure.nominal_values[name]
         if isinstance(spread, GivenValues) and not isinstance(spread, GivenFactors):
-            median = np.median(spread.in_structures(nominal), axis=0)
+            given = spread.in_structures(nominal).reshape(len(spread.values), -1)
+            median = np.median(given, axis=0)
             # The run refuses values that are not above 0.
             is_given = (nominal > 0) & (median > 0)
             ratios = np.where(is_given, median, np.nan) / np.where(is_given, nominal, np.nan)
             along = "dof" if name == "mass" else "member"
             places = [f" of {along} {place!r}{where}" for place in structure.names_along(along)]
             findings.add_each(f"given_{name}", ratios.tolist(), places.__getitem__)
+            _add_one_given(findings, name, np.where((given > 0) & is_given, given, np.nan), places)
     spread, moments = scatter.get("yield_force"), getattr(structure, "gravity_moments", np.zeros(0))
     if spread is None or not moments.any():
         return
@@ -129,6 +135,25 @@ def add_scatter_of_frame(
     over = np.where((low > 0) & (moments <= own), moments / np.where(low > 0, low, 1.0), np.nan)
     names = structure.names_along("spring")[first:]
     findings.add_each("gravity_over_random_yield", over.tolist(), lambda place: f" of {names[place]!r}{where}")
+
+
+def _add_one_given(findings: PlausibilityFindings, name: str, given: np.ndarray, places: list[str]) -> None:
+    """Add the given value that differs most from the median of the structures, if it does implausibly, to `findings`.
+
+    Args:
+        findings: Implausible values found so far.
+        name: Name of the parameter.
+        given: Its values in structures, NaN for values that are not checked, shape [structure, place].
+        places: Words for each place, such as " of member 'C1'".
+    """
+    if len(given) < FEWEST_STRUCTURES:
+        return
+    over = given / np.median(given, axis=0)
+    distance = np.log(over) if name in MAY_BE_SMALL else np.abs(np.log(over))
+    if np.isfinite(distance).any():
+        structure, place = np.unravel_index(int(np.nanargmax(distance)), over.shape)
+        words = f"{places[place]} in structure {structure} over the median of all structures"
+        findings.add(f"one_given_{name}", over[structure, place], words)
 
 
 def _weight_over_freed(structure: LumpedStructure, one: Mapping[str, np.ndarray]) -> np.ndarray:

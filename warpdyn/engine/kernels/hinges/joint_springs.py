@@ -57,7 +57,9 @@ def names(plan):
         "FIRST_OF_LINE": plan.pattern.first_of_line,
         "KEEPS_HINGES": bool(OF_HINGES & set(plan.recorders)),
         "ONE_LANE": lanes == 1,
-        **{name: int(value) for name, value in Coefficient.__members__.items()},
+        "HARDENING_STIFFNESS": int(Coefficient.HARDENING_STIFFNESS),
+        "YIELDING_STIFFNESS": int(Coefficient.YIELDING_STIFFNESS),
+        "YIELD_DRIFT": int(Coefficient.YIELD_DRIFT),
         "hinge_of_joint": number_at(hinges),
         "joint_of_spring": number_at(
             [hinges.index(spring) if spring in hinges else 0 for spring in range(plan.springs_of_thread)]

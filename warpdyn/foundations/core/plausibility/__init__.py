@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from contextvars import ContextVar, Token
+from dataclasses import replace
 from functools import wraps
 from typing import Any, TypeVar, cast
 
@@ -12,6 +13,7 @@ from numpy.typing import ArrayLike
 
 from warpdyn.foundations.core.checks import one_of
 from warpdyn.foundations.core.messages import warn_caller
+from warpdyn.foundations.core.plausibility.check import Mistakes
 from warpdyn.foundations.core.plausibility.table import CHECKS
 
 MOST_FINDINGS = 5  # sentences in one warning; further implausible values usually follow from the first ones
@@ -89,7 +91,16 @@ class PlausibilityFindings:
         self._found: dict[str, str] = {}
         self._others: dict[str, int] = {}
 
-    def add(self, name: str, values: ArrayLike, where: str = "", *, along: str = "", high: float | None = None) -> bool:
+    def add(
+        self,
+        name: str,
+        values: ArrayLike,
+        where: str = "",
+        *,
+        along: str = "",
+        high: float | None = None,
+        mistakes: Mistakes | None = None,
+    ) -> bool:
         """Add a sentence about the value that is farthest outside the usual values, if there is one.
 
         Args:
@@ -98,6 +109,7 @@ class PlausibilityFindings:
             where: Words that follow the quantity in the sentence, such as " of motion 'A'".
             along: Name of the last dimension, such as "storey", if the sentence gives its number (from 1); "": no.
             high: Largest usual value; None: the value in CHECKS.
+            mistakes: Likely mistakes; None: those in CHECKS.
 
         Returns:
             Whether a value is implausible.
@@ -105,6 +117,7 @@ class PlausibilityFindings:
         if name in _meant.get():
             return False
         check, array = CHECKS[name], np.asarray(values, dtype=np.float64)
+        check = check if mistakes is None else replace(check, mistakes=mistakes)
         high = check.high if high is None else high
         outside = _times_outside(array, check.low, high)
         if not (outside > OUTSIDE).any():
@@ -117,17 +130,20 @@ class PlausibilityFindings:
         self._found[name] = check.finding(float(array[place]), f"{where}{counted}", high)
         return True
 
-    def add_each(self, name: str, values: Sequence[float], where: Callable[[int], str]) -> None:
+    def add_each(
+        self, name: str, values: Sequence[float], where: Callable[[int], str], *, mistakes: Mistakes | None = None
+    ) -> None:
         """Add one sentence for each implausible value to the warning.
 
         Args:
             name: Name of the check.
             values: The values that are checked.
             where: Function that returns the words for the place of a value, such as " of motion 'A'".
+            mistakes: Likely mistakes; None: those in CHECKS.
         """
         outside = _times_outside(np.asarray(values, dtype=np.float64), CHECKS[name].low, CHECKS[name].high)
         for place in np.flatnonzero(outside > OUTSIDE).tolist():
-            self.add(name, values[place], where(place))
+            self.add(name, values[place], where(place), mistakes=mistakes)
 
     def warn(self) -> None:
         """Give one warning of all implausible values, at the line of the user's code that called warpdyn."""

@@ -5,7 +5,17 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 
-from warpdyn.foundations.core.plausibility.check import DASHPOT, LENGTH, PERCENT, TIME, Check, G, given_in, with_units
+from warpdyn.foundations.core.plausibility.check import (
+    DASHPOT,
+    LENGTH,
+    PERCENT,
+    TIME,
+    VELOCITY,
+    Check,
+    G,
+    given_in,
+    with_units,
+)
 
 _SPEED = {"km/h": 1 / 3.6, "mph": 0.44704, "knots": 1852 / 3600}
 _LONG_TIME = TIME | {"minutes": 60.0, "hours": 3600.0}
@@ -81,7 +91,24 @@ CHECKS_OF_ACTUATORS: Mapping[str, Check] = {
     ),
 }
 
+# Kind of sensor -> units in which users give its noise or resolution by mistake.
+_UNITS_OF_SENSORS: Mapping[str, Mapping[str, float]] = {
+    "displacement": {"mm": 1e-3, "cm": 1e-2},
+    "velocity": VELOCITY,
+    "acceleration": {"mg": 1e-3 * G, "cm/s2 (gal)": 1e-2, "mm/s2": 1e-3},
+}
+
 CHECKS_OF_CONTROL: Mapping[str, Check] = {
+    # Sensors resolve 1e-5 to 1e-2 of the peak of the response; larger errors hide it.
+    **{
+        f"{name}_of_{kind}": Check(
+            *(f"{words} of {kind} over the expected peak of the response,", "1", 0.0, 0.3),
+            with_units(name.removeprefix("sensor_"), units),
+            typical=1e-3,
+        )
+        for name, words in (("sensor_noise", "noise"), ("sensor_resolution", "resolution"))
+        for kind, units in _UNITS_OF_SENSORS.items()
+    },
     # Smaller forces have no effect on a building. Actuators in the storeys of a 20-storey building have 2 to 9 m/s2
     # (Palacios-Quinonero et al. 2012, Mathematical Problems in Engineering 2012, 636878, table 1). The force over the
     # weight of the structure is not checked: it may be 1e-5 for mass dampers, as for actuators with a limit in kN.
@@ -120,6 +147,11 @@ CHECKS_OF_CONTROL: Mapping[str, Check] = {
     "constant_damper_ratio": Check(
         *("largest damping ratio that the value of ConstantCommand adds to a mode", "1", 1e-3, math.inf),
         with_units("value", DASHPOT),
+        typical=0.2,
+    ),
+    "high_command_ratio": Check(
+        *("largest damping ratio that the high coefficient of the controller adds to a mode", "1", 1e-3, math.inf),
+        with_units("high of the controller", DASHPOT),
         typical=0.2,
     ),
     # Car bodies and seats have 0.2 to 1.

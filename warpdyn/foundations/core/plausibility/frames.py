@@ -12,10 +12,29 @@ from warpdyn.foundations.core.plausibility.check import (
     PERCENT,
     Check,
     G,
+    Mistakes,
     given_in,
     one_in,
     with_units,
 )
+
+# Parameter of frames whose values users give for each structure -> units by mistake.
+_UNITS_OF_GIVEN: Mapping[str, Mapping[str, float]] = {
+    "elastic_modulus": {"MPa or N/mm2": 1e6, "GPa or kN/mm2": 1e9, "kPa or kN/m2": 1e3, "ksi": 6.894757e6},
+    "area": {"mm2": 1e-6, "cm2": 1e-4},
+    "second_moment": {"mm4": 1e-12, "cm4": 1e-8},
+    "mass": MASS,
+}
+
+# Likely mistakes that lead to checked quantities of all structures, for frames, whose stiffnesses users do not give.
+FRAME_PERIOD: Mistakes = with_units("masses", MASS, 0.5) | {
+    "masses [kg], elastic_modulus [Pa] or second_moment [m4] may be in another unit": lambda value: value > 1,
+    "spring_start and spring_end may be in kN m/rad instead of N m/rad": lambda value: value > 1,
+}
+FRAME_YIELD: Mapping[bool, Mistakes] = {  # of a hinge, and of a brace
+    True: with_units("yield_force", {"kN m": 1e3, "MN m": 1e6, "N mm": 1e-3}),
+    False: with_units("yield_force", {"kN": 1e3, "MN": 1e6}) | with_units("area", {"mm2": 1e-6, "cm2": 1e-4}, -1),
+}
 
 CHECKS_OF_FRAMES: Mapping[str, Check] = {
     # Parts of members between nodes may be short; spans of 100 m are those of bridges.
@@ -33,6 +52,22 @@ CHECKS_OF_FRAMES: Mapping[str, Check] = {
         | with_units("area", {"mm2": 1e-6, "cm2": 1e-4}, -0.5)
         | {"with area in mm2 and second_moment in mm4": 1e-3, "with area in cm2 and second_moment in cm4": 1e-2},
         typical=0.2,
+    ),
+    # Only areas that lead to an implausible radius of gyration are compared.
+    "area_of_one_section": Check(
+        *("area of the section", "1", 0.01, 100.0),
+        with_units("area", {"mm2": 1e-6, "cm2": 1e-4}),
+        typical=1.0,
+    ),
+    # Joints of a perimeter frame have 1 to 10 % of the load of a leaning column.
+    "gravity_load_of_one": Check(
+        *("gravity_load", "1", 5e-3, 300.0),
+        with_units("gravity_load", {"kN or kN/m": 1e3, "MN or MN/m": 1e6})
+        | {
+            "gravity_load is downward if it is above 0: remove the minus sign": lambda value: value < 0,
+            "it may be multiplied by 1,000 twice, or in another unit than the others": lambda value: value > 300,
+        },
+        typical=1.0,
     ),
     # Gravity loads may be those of the joints only, without the leaning columns.
     "frame_gravity_over_weight": Check(
@@ -133,6 +168,32 @@ CHECKS_OF_FRAMES: Mapping[str, Check] = {
         given_in(PERCENT | {"degrees": math.pi / 180, "mrad": 1e-3}),
         typical=0.2,
     ),
+    # Steel members have about 0.1 to 0.5, concrete members less. 1.5 rad are 86 degrees.
+    "hinge_ultimate_rotation": Check(
+        *("ultimate_drift of the hinge", "rad", 1e-4, 1.5),
+        given_in(PERCENT | {"degrees": math.pi / 180, "mrad": 1e-3})
+        | {"give ultimate_drift=0 for a hinge that never loses its strength": lambda value: value > 1.5},
+        typical=0.05,
+    ),
+    # OpenSees accepts such values, too: all strength is lost on the hardening line.
+    "ultimate_over_capping_rotation": Check(
+        "ultimate_drift of the hinge over its capping rotation, yield_force / stiffness + plastic_drift_to_capping,",
+        *("1", 1.0, math.inf),
+        {
+            "the hinge loses all strength before its capping point: give ultimate_drift as the total rotation, or 0 if "
+            "the strength is never lost": None
+        },
+    ),
+    # Lambda = lambda theta_p of steel members is 0.2 to 5 rad (Lignos and Krawinkler 2011).
+    "hinge_deterioration_rotation": Check(
+        *("deterioration drift", "rad", 5e-3, 20.0),
+        given_in(PERCENT | {"degrees": math.pi / 180})
+        | {
+            "it may be the ratio lambda: multiply it by the plastic (or yield) rotation by which its source divides, "
+            "or give 0 for no deterioration": lambda value: value > 20
+        },
+        typical=1.0,
+    ),
     # A yield moment is mostly at least twice the moment under gravity. With a dispersion of 0.4, 4 % of the yield
     # moments are below 0.5 times their median, so that few structures of a usual scatter yield under gravity.
     "gravity_over_random_yield": Check(
@@ -151,12 +212,16 @@ CHECKS_OF_FRAMES: Mapping[str, Check] = {
             given_in(units) | {"they may be in another unit, or factors, which GivenFactors takes": None},
             typical=1.0,
         )
-        for name, units in (
-            ("elastic_modulus", {"MPa or N/mm2": 1e6, "GPa or kN/mm2": 1e9, "kPa or kN/m2": 1e3, "ksi": 6.894757e6}),
-            ("area", {"mm2": 1e-6, "cm2": 1e-4}),
-            ("second_moment", {"mm4": 1e-12, "cm4": 1e-8}),
-            ("mass", MASS),
+        for name, units in _UNITS_OF_GIVEN.items()
+    },
+    # A single small area or second moment may be that of a damaged member.
+    **{
+        f"one_given_{name}": Check(
+            *(f"given {name}", "1", 0.0 if name in ("area", "second_moment") else 1e-2, 1e2),
+            given_in(units) | {"it may be in another unit than the values of the other structures": None},
+            typical=1.0,
         )
+        for name, units in _UNITS_OF_GIVEN.items()
     },
     # Steel has 0.0012 to 0.0025; springs of braces with a short yielding part have less.
     "brace_yield_strain": Check(

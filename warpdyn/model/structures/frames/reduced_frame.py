@@ -191,12 +191,6 @@ class ReducedFrame(ReducedMatrices):
 
     def problem(self, values: Mapping[str, np.ndarray]) -> str | None:
         """Return a sentence on a mass or a member without stiffness or another wrong value; None if all are right."""
-        mass = np.atleast_2d(values.get("mass", self.nominal_mass))
-        wrong = np.argwhere(~(mass > 0))
-        if wrong.size:
-            structure, dof = wrong[0]
-            of_dof = f"mass [kg] of degree of freedom {self.dof_names[dof]!r}"
-            return f"{of_dof} must be above 0, got {mass[structure, dof]:g} in structure {structure}"
         for name, nominal in self._sections_by_name.items():
             given = np.atleast_2d(values.get(name, nominal))
             wrong = np.argwhere((nominal > 0) & ~(given > 0))
@@ -207,19 +201,26 @@ class ReducedFrame(ReducedMatrices):
         try:
             return super().problem(values)
         except UnstableSections as error:
-            structure = self._first_unstable(values)
-            return str(error) if structure is None else f"structure {structure}: {error}"
+            return f"structure {self._first_unstable(values)}: {error}"
 
-    def _first_unstable(self, values: Mapping[str, np.ndarray]) -> int | None:
-        """Return the first structure whose eliminated displacements are not stable; None if it is not known."""
+    def _first_unstable(self, values: Mapping[str, np.ndarray]) -> int:
+        """Return the first structure whose eliminated displacements are not stable, by bisection.
+
+        Args:
+            values: Parameters, with which at least one structure is not stable.
+        """
         given = [np.atleast_2d(values.get(name, nominal)) for name, nominal in self._sections_by_name.items()]
-        count = max(map(len, given))
-        for structure in range(count):
+        first, last = 0, max(map(len, given))
+        whole = [np.broadcast_to(each, (last, each.shape[1])) for each in given]
+        while last - first > 1:
+            middle = (first + last) // 2
             try:
-                self._reduced(Sections(*(np.broadcast_to(each, (count, each.shape[1]))[[structure]] for each in given)))
+                self._reduced(Sections(*(each[first:middle] for each in whole)))
             except UnstableSections:
-                return structure
-        return None
+                last = middle
+            else:
+                first = middle
+        return first
 
     def free_motion_problem(self, dof: str, structure: int, values: Mapping[str, np.ndarray]) -> str:
         """Return a sentence on a structure that buckles under gravity, with its weakest random section."""

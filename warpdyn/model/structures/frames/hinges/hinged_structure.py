@@ -17,6 +17,7 @@ from warpdyn.model.structures.frames.hinges.plausibility import warn_of_implausi
 from warpdyn.model.structures.frames.reduced_frame import ReducedFrame
 from warpdyn.model.structures.lumped.spring import Spring
 
+LARGEST_YIELD_ROTATION = 0.05  # rad, of the spring without its member; in messages
 LAWS_OF_HINGES = (Elastic, Bilinear, ElasticPerfectlyPlastic, IbarraMedinaKrawinklerBilinear)
 
 
@@ -40,10 +41,26 @@ class Hinge(Spring):
         called = law if isinstance(law, str) else getattr(law, "name", law)
         if called not in [each.name for each in LAWS_OF_HINGES]:
             raise ValueError(_unknown_law(name, str(called)))
-        super().__init__(name, {dof: 1.0}, law=law, stiffness=stiffness, rotational=not is_axial, **parameters)
+        try:
+            super().__init__(name, {dof: 1.0}, law=law, stiffness=stiffness, rotational=not is_axial, **parameters)
+        except ValueError as error:
+            # Parameters that contradict each other are compared after they are set.
+            raise ValueError(f"{error}{'' if is_axial else self._unit_hint()}") from None
         self.direction = {dof: 0.0}  # its moment acts on massless rotations
         if self.law not in LAWS_OF_HINGES:
             raise ValueError(_unknown_law(name, self.law.name))
+
+    def _unit_hint(self) -> str:
+        """Return a sentence on the units of the hinge if its yield rotation is implausibly large; otherwise ""."""
+        strength = getattr(self, "parameters", {}).get("yield_force", 0.0)
+        rotation = strength / self.stiffness if strength else 0.0
+        if rotation <= LARGEST_YIELD_ROTATION:
+            return ""
+        return (
+            f". Its yield rotation, yield_force / stiffness, is {rotation:.3g} rad (usual: at most "
+            f"{LARGEST_YIELD_ROTATION:g} rad): if yield_force is in N mm, give yield_force={strength / 1e3:g} [N m]; "
+            f"if spring_start or spring_end is in kN m/rad, give {1e3 * self.stiffness:g} [N m/rad]"
+        )
 
 
 def _unknown_law(hinge: str, law: str) -> str:

@@ -13,6 +13,8 @@ from warpdyn.model.structures.frames.column_line import ENDS
 if TYPE_CHECKING:
     from warpdyn.model.structures.frames.frame import Frame
     from warpdyn.model.structures.frames.hinges.hinged_structure import HingedStructure
+    from warpdyn.model.structures.lumped.biaxial_spring import Component
+    from warpdyn.model.structures.lumped.spring import Spring
 
 # Members whose length is below this number of radii of gyration are rigid parts of joints or walls. Their hinges are
 # not checked, because their yield rotations, which other members and springs determine, have no usual values.
@@ -21,13 +23,15 @@ STRONG_ROTATION = 1e3  # rad; stronger hinges, such as with a yield_force of 1e1
 STRONG_STRAIN = 0.05  # the same for braces
 UNLIMITED_ROTATION = 100.0  # rad; hinges with larger plastic rotations are meant not to soften
 STIFFNESS_CHECK = "hinge_stiffness"
-# Parameter of hinges -> name of its check.
+# Parameter of one side of hinges -> name of its check.
 OF_PLASTIC_ROTATIONS = {
     "plastic_drift_to_capping": "hinge_plastic_rotation",
-    "plastic_drift_to_capping_negative": "hinge_plastic_rotation",
     "post_capping_drift": "hinge_post_capping_rotation",
-    "post_capping_drift_negative": "hinge_post_capping_rotation",
+    "ultimate_drift": "hinge_ultimate_rotation",
 }
+OF_CAPPING = ("yield_force", "plastic_drift_to_capping", "ultimate_drift")
+DETERIORATIONS = ("strength", "post_capping", "unloading")  # the first words of parameters in "deterioration_drift"
+UNLIMITED_DETERIORATION = 1e3  # rad; hinges with larger deterioration drifts are meant not to deteriorate
 
 
 def bending_stiffness(frame: Frame, places: Sequence[int]) -> np.ndarray:
@@ -85,10 +89,36 @@ def warn_of_implausible_hinges(structure: HingedStructure) -> tuple[str, ...]:
         for name, value in of_hinges.items()
         if findings.add(check, value, f" of {name!r}") and check != STIFFNESS_CHECK
     )
-    rotating = [spring for spring in structure.springs if found and spring.name in structure.hinge_names]
-    for spring in rotating:
-        for parameter, check in OF_PLASTIC_ROTATIONS.items():
-            rotation = spring.parameters.get(parameter, np.nan)
-            findings.add(check, rotation if rotation < UNLIMITED_ROTATION else np.nan, f" {spring.name!r}")
+    for spring in structure.springs:
+        if found and spring.name in structure.hinge_names:
+            _add_rotations(findings, spring)
     findings.warn()
     return warned
+
+
+def _add_rotations(findings: PlausibilityFindings, hinge: Spring | Component) -> None:
+    """Add implausible plastic, post-capping, ultimate and deterioration rotations of a hinge to `findings`."""
+    given = hinge.parameters
+
+    def rotation(name: str, unlimited: float) -> float:
+        """Return a parameter [rad]; NaN if the law lacks it, or if it is 0 or so large that it means "never"."""
+        value = given.get(name, np.nan)
+        return value if 0 < value < unlimited else np.nan
+
+    for side in ("", "_negative"):
+        is_wrong = False
+        for name, check in OF_PLASTIC_ROTATIONS.items():
+            where = f" {hinge.name!r}" + (f" ({name}{side})" if side else "")
+            is_wrong |= findings.add(check, rotation(name + side, UNLIMITED_ROTATION), where)
+        has_capping = "ultimate_drift" in given and any(name + side in given for name in OF_CAPPING)
+        if is_wrong or not has_capping:
+            continue
+        strength, plastic, ultimate = (given.get(name + side, given[name]) for name in OF_CAPPING)
+        if 0 < ultimate < UNLIMITED_ROTATION:
+            capping = strength / hinge.stiffness + plastic
+            values = f" ({ultimate:.4g} and {capping:.4g} rad) of {hinge.name!r}"
+            findings.add("ultimate_over_capping_rotation", ultimate / capping, values)
+    for mode in DETERIORATIONS:
+        name = f"{mode}_deterioration_drift"
+        where = f" ({name}) of the hinge {hinge.name!r}"
+        findings.add("hinge_deterioration_rotation", rotation(name, UNLIMITED_DETERIORATION), where)

@@ -27,6 +27,13 @@ SUSPECTS = {
 # Smallest radius of gyration [m] of the sections whose mass is compared with their area. A smaller radius may be due to
 # an area that is 100 or more times as large as the real one so that members keep their lengths.
 LEAST_RADIUS = 0.05
+# Radii of gyration of usual sections [m]. A section beyond them is compared with the median of the usual ones.
+USUAL_RADII = (0.01, 3.0)
+# Sections with a larger second moment, up to this factor on the median, and a usual area are meant to be rigid.
+MOST_AREA, MOST_INERTIA = 100.0, 1e5
+AREA_UNITS = (1e-4, 1e-6)  # cm2 and mm2 in m2
+FEWEST_OTHERS = 2  # sections with whose median another one is compared
+FEWEST_LOADS = 3  # loads whose median is compared with each of them
 
 
 def warn_of_implausible_tables(frame: Frame) -> None:
@@ -42,7 +49,7 @@ def warn_of_implausible_tables(frame: Frame) -> None:
     findings.add_each("member_length", frame.geometry.length.tolist(), lambda place: f" {members[place]!r}")
     findings.add_each("elastic_modulus", list(modulus.values()), lambda place: f" {sections[place]!r}")
     radii = [float(np.sqrt(row["second_moment"] / row["area"])) for row in frame.sections.values()]
-    findings.add_each("radius_of_gyration", radii, lambda place: f" {sections[place]!r}")
+    _add_radii(findings, frame, np.array(radii))
     # A mass of 0 is the default: the masses are on the floors.
     densities = [
         row["mass_per_length"] / row["area"] if row["mass_per_length"] > 0 and radius > LEAST_RADIUS else np.nan
@@ -67,7 +74,68 @@ def warn_of_implausible_tables(frame: Frame) -> None:
         if any(abs(loads / mass / suspect - 1) < near for suspect, near in SUSPECTS.items()):
             findings.add("frame_gravity_over_mass", loads / mass)
     _add_masses(findings, frame)
+    _add_loads(findings, frame)
     findings.warn()
+
+
+def _add_radii(findings: PlausibilityFindings, frame: Frame, radii: np.ndarray) -> None:
+    """Add implausibly large radii of gyration, and areas that differ much from those of other sections, to `findings`.
+
+    An area that is a power of ten is meant to be rigid. The area of a member between two nodes of a rigid floor has no
+    effect.
+
+    Args:
+        findings: Implausible values found so far.
+        frame: The frame.
+        radii: Radii of gyration of its sections, 0 for those of trusses [m].
+    """
+    names = list(frame.sections)
+    floor_of = {node: floor for floor, nodes in frame.diaphragms.items() for node in nodes}
+    stretched = {
+        row["section"]
+        for row in frame.members.values()
+        if floor_of.get(row["start"], 0) != floor_of.get(row["end"], 1) and row["kind"] == "beam"
+    }
+    area, inertia = (np.array([row[key] for row in frame.sections.values()]) for key in ("area", "second_moment"))
+    usual = (radii >= USUAL_RADII[0]) & (radii <= USUAL_RADII[1])
+    if usual.sum() >= FEWEST_OTHERS:
+        median = float(np.median(area[usual]))
+        over, stiffer = area / median, inertia / np.median(inertia[usual])
+        is_rigid = (radii > USUAL_RADII[1]) & (over <= MOST_AREA) & (stiffer <= MOST_INERTIA)
+        radii = np.where(is_rigid, np.nan, radii)
+        corrected = np.sqrt(inertia / (area * np.array(AREA_UNITS)[:, None]))
+        explained = ((corrected >= USUAL_RADII[0]) & (corrected <= USUAL_RADII[1])).any(axis=0)
+        is_other = explained & (radii < USUAL_RADII[0]) & np.array([name in stretched for name in names])
+        is_other &= np.log10(area) % 1 != 0
+        if 2 * is_other.sum() < usual.sum():
+            for place in np.flatnonzero(is_other):
+                words = f" {names[place]!r} ({area[place]:.4g} m2) over the median of others ({median:.4g} m2)"
+                findings.add("area_of_one_section", over[place], words)
+    findings.add_each("radius_of_gyration", radii.tolist(), lambda place: f" {names[place]!r}")
+
+
+def _add_loads(findings: PlausibilityFindings, frame: Frame) -> None:
+    """Add gravity loads that differ much from others, or are upward among downward ones, to `findings`.
+
+    The load of a node is compared with the loads above and below it if these are at least 3 together, otherwise with
+    the loads of all nodes.
+    """
+    line_of = dict(zip(frame.nodes, frame.coordinates[:, 0].tolist(), strict=True))
+    nodal = {name: row["gravity_load"] for name, row in frame.nodes.items() if row["gravity_load"]}
+    lines: dict[float, list[float]] = {}
+    for name, load in nodal.items():
+        lines.setdefault(line_of[name], []).append(load)
+    per_length = {name: row["gravity_load"] for name, row in frame.members.items() if row["gravity_load"]}
+    for kind, unit, loads in (("node", "N", nodal), ("member", "N/m", per_length)):
+        for name, load in loads.items():
+            line = lines[line_of[name]] if kind == "node" else []
+            is_line = len(line) >= FEWEST_LOADS
+            compared = line if is_line else list(loads.values())
+            median = float(np.median(compared))
+            if len(compared) >= FEWEST_LOADS and median > 0:
+                of = "nodes above and below" if is_line else f"all {kind}s"
+                words = f" of {kind} {name!r} ({load:.6g} {unit}) over the median of {of} ({median:.6g} {unit})"
+                findings.add("gravity_load_of_one", load / median, words)
 
 
 def _add_masses(findings: PlausibilityFindings, frame: Frame) -> None:

@@ -15,13 +15,21 @@ LEAST_OF_MASS = 1e-12  # least eigenvalue of the mass matrix, scaled to a diagon
 
 def mass_problem(structure: LumpedMatrices, values: Mapping[str, np.ndarray]) -> str | None:
     """Return a sentence on a degree of freedom or a motion without mass in one of the structures, or None."""
+    given = np.atleast_2d(values["mass"])
+    with np.errstate(invalid="ignore"):  # masses that are negative or NaN
+        mass = structure.mass_matrices({**values, "mass": given})
+    diagonal = np.einsum("sii->si", mass)
+    wrong = np.argwhere(~(diagonal > 0))
+    if wrong.size:
+        first, place = wrong[0]
+        dof = structure.dof_names[place]
+        where = f" in structure {first} ({given[first, place]:g} kg)" if len(given) == len(diagonal) > 1 else ""
+        return (
+            f"degree of freedom {dof!r} has no mass{where}: give it a mass above 0, or eliminate it by static "
+            "condensation"
+        )
     if problem := structure.coupled_mass_problem(values):
         return problem
-    mass = structure.mass_matrices({**values, "mass": np.atleast_2d(values["mass"])})
-    diagonal = np.einsum("sii->si", mass)
-    if (diagonal <= 0).any():
-        dof = structure.dof_names[np.argwhere(diagonal <= 0)[0, 1]]
-        return f"degree of freedom {dof!r} has no mass: give it a mass above 0, or eliminate it by static condensation"
     if are_diagonal(mass).all():
         return None
     root = np.sqrt(diagonal)

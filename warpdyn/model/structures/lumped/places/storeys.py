@@ -11,11 +11,17 @@ from warpdyn.foundations.core.checks import shortened
 from warpdyn.foundations.core.near_misses import did_you_mean
 from warpdyn.model.structures.lumped.places.storey_values import storey_values
 
-NEEDS_STOREYS = (
-    "needs storeys: use a ShearBuilding, a FlexuralShearBuilding or a TorsionalBuilding with storey_height=, or give "
-    "the LumpedStructure storey_height= and storey_springs="
-)
 Storeys = tuple[tuple[int, ...], ...]
+
+
+def needs_storeys(structure: object) -> str:
+    """Return words for errors on a structure without storeys: what it needs, and which arguments to give."""
+    if hasattr(structure, "frame"):
+        return "needs storeys: give the Frame diaphragms= with the nodes of each floor, and keep them in dofs="
+    return (
+        "needs storeys: use a ShearBuilding, a FlexuralShearBuilding or a TorsionalBuilding with storey_height=, or "
+        "give the LumpedStructure storey_height= and storey_springs="
+    )
 
 
 def checked_storeys(
