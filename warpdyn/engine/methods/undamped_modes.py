@@ -2,30 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import numpy as np
 
-Solver = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]
 
-
-def undamped(
-    mass: np.ndarray, stiffness: np.ndarray, *, is_clipped: bool = True, solve: Solver = np.linalg.eigh
-) -> tuple[np.ndarray, np.ndarray]:
+def undamped(mass: np.ndarray, stiffness: np.ndarray, *, is_clipped: bool = True) -> tuple[np.ndarray, np.ndarray]:
     """Return squared circular frequencies [rad2/s2] and shapes of unit modal mass of many structures.
 
     Args:
         mass: Mass matrices [kg], positive definite, shape [structure, dof, dof].
         stiffness: Stiffness matrices [N/m], shape [structure, dof, dof].
         is_clipped: Whether negative squared frequencies are replaced by 0.
-        solve: Function from symmetric matrices to their eigenvalues and eigenvectors. That of the package `kernels` is
-            faster if there are many matrices, but its kernel must be loaded.
 
     Returns:
         Squared frequencies, [structure, mode]; shapes, [structure, dof, mode].
     """
     lower, scaled = scaled_stiffness(mass, stiffness)
-    squared, vectors = solve(scaled)
+    squared, vectors = np.linalg.eigh(scaled)
     return np.maximum(squared, 0.0) if is_clipped else squared, lower.transpose(0, 2, 1) @ vectors
 
 

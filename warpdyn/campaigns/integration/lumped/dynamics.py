@@ -11,7 +11,6 @@ from warpdyn.campaigns.integration.dynamics import Arrays, Dynamics, Modes, slow
 from warpdyn.campaigns.integration.lumped.rounding import LARGEST_ERROR, error_of_float32
 from warpdyn.engine.kernels.lumped.pattern import OF_ENERGIES, PAIR, Pattern, Table, table_of, values_in
 from warpdyn.engine.kernels.modes.damped_modes import damped_motions
-from warpdyn.engine.kernels.modes.symmetric_matrices import eigenvectors
 from warpdyn.engine.kernels.output_table import HISTORY, OF_SPRINGS
 from warpdyn.engine.laws.biaxial.functions import biaxial_functions
 from warpdyn.engine.laws.building_law import BuildingLaw
@@ -201,7 +200,7 @@ class LumpedDynamics(Dynamics):
     def _vibration(self, parameters: Arrays, method: Method) -> tuple[np.ndarray, ...]:
         structure = self.structure
         mass, elastic = structure.mass_matrices(parameters), structure.stiffness_matrices(parameters)
-        squared, shapes = undamped(mass, elastic, solve=eigenvectors)
+        squared, shapes = undamped(mass, elastic)
         frequency = np.sqrt(squared)
         rayleigh = structure.rayleigh(parameters, frequency)
         damping = structure.damping_matrices(parameters, rayleigh)

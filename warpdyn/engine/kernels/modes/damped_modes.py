@@ -10,7 +10,6 @@ import warp as wp
 from warpdyn.engine.device.processor import align_rows, module_options
 from warpdyn.engine.kernels.build import CPU_LANES
 from warpdyn.engine.kernels.kernel_cache import loaded
-from warpdyn.engine.kernels.modes.symmetric_matrices import eigenvectors
 from warpdyn.engine.methods.state_matrices import state_eigenvalues
 from warpdyn.engine.methods.undamped_modes import are_diagonal
 
@@ -165,7 +164,7 @@ def damped_motions(
     rate = (np.einsum("sii->si", damping) / np.einsum("sii->si", mass)).max(axis=1)
     others = np.flatnonzero(~(are_diagonal(damping) & are_diagonal(mass)))
     if others.size:
-        rate[others] = eigenvectors(modal[others])[0][:, -1]
+        rate[others] = np.linalg.eigvalsh(modal[others])[:, -1]
     return found, np.maximum(rate, 0.0)
 
 
