@@ -12,8 +12,6 @@ from hinge_cases import A0
 
 import warpdyn as wd
 from warpdyn.campaigns.integration import model
-from warpdyn.engine.device.extrema import limited
-from warpdyn.engine.device.quotients import reciprocal
 from warpdyn.engine.kernels import build
 from warpdyn.engine.kernels.hinges import joint_springs
 from warpdyn.engine.kernels.hinges.column_storeys import has_joint_springs
@@ -132,23 +130,6 @@ def test_moments_of_hinges_are_in_equilibrium_and_on_their_laws():
     largest = np.nanmax(np.abs(of_shears))
     base_and_beams = of_hinges @ signs
     np.testing.assert_allclose(base_and_beams, of_shears, rtol=0, atol=1e-8 * largest)
-
-
-@pytest.mark.parametrize("device", DEVICES)
-def test_reciprocals_and_limited_values(device):
-    @wp.kernel(module="unique")
-    def both(x: wp.array(dtype=wp.float32), inverse: wp.array(dtype=wp.float32), kept: wp.array(dtype=wp.float32)):
-        i = wp.tid()
-        inverse[i] = reciprocal(x[i])
-        kept[i] = limited(x[i], wp.float32(2.0))
-
-    values = np.random.default_rng(1).lognormal(0, 8, 1000).astype(np.float32) * np.tile([1, -1], 500)
-    given = wp.array(values.astype(np.float32), device=device)
-    inverse, kept = (wp.full(1000, np.nan, dtype=wp.float32, device=device) for _ in range(2))
-    wp.launch(both, 1000, inputs=[given], outputs=[inverse, kept], device=device)
-    # One unit in the last place: 2^-23 of a value at most.
-    np.testing.assert_allclose(inverse.numpy(), 1 / values.astype(np.float64), rtol=2.0**-23)
-    np.testing.assert_array_equal(kept.numpy(), np.clip(values, -2, 2).astype(np.float32))
 
 
 @pytest.mark.skipif(len(DEVICES) == 1, reason="no GPU")

@@ -120,10 +120,10 @@ def judge_increment():
         accepts[j] = wp.where(goes_on and not fails, 1, 0)
         returns[j] = wp.where(gives_up and not fails, 1, 0)
         failed_spring[j] = wp.where(fails, spring_of_gap[j] + 1, failed_spring[j])
-        reached_share[j] = wp.where(goes_on, present_share[j], reached_share[j])
+        reached_share[j] = updated(goes_on, present_share[j], reached_share[j])
         next_share = wp.min(present_share[j] + length + length, dtype(1.0))
         next_share = wp.where(goes_on, next_share, reached_share[j] + dtype(0.5) * length)
-        present_share[j] = wp.where(goes_on or gives_up, next_share, present_share[j])
+        present_share[j] = updated(goes_on or gives_up, next_share, present_share[j])
         solutions_tried[j] = wp.where(goes_on or gives_up, 0, solutions_tried[j])
         # A hinge takes its next line before the next judgement.
         pushes[j] = wp.where(solutions_tried[j] % TURN_OF_SOLUTIONS >= SOLUTIONS_OF_INCREMENT - 1, 1, 0)
@@ -146,15 +146,15 @@ def set_increment():
             change = drift_wanted[floor, j] - drift_then[floor, j]
             partly = drift_then[floor, j] + present_share[j] * change
             partly = wp.where(present_share[j] < dtype(1.0), partly, drift_wanted[floor, j])
-            drift_now[floor, j] = wp.where(pace[j] > 0, partly, drift_now[floor, j])
+            drift_now[floor, j] = updated(pace[j] > 0, partly, drift_now[floor, j])
     for j in range(LANES):
-        largest_then[j] = wp.where(accepts[j] > 0, largest_moment[j], largest_then[j])
-        largest_moment[j] = wp.where(returns[j] > 0, largest_then[j], largest_moment[j])
+        largest_then[j] = updated(accepts[j] > 0, largest_moment[j], largest_then[j])
+        largest_moment[j] = updated(returns[j] > 0, largest_then[j], largest_moment[j])
     for joint in range(JOINTS):
         for j in range(LANES):
             turn_reached = solved[joint + LINES, j]
-            solved[joint + LINES, j] = wp.where(returns[j] > 0, turn_then[joint, j], turn_reached)
-            turn_then[joint, j] = wp.where(accepts[j] > 0, turn_reached, turn_then[joint, j])
+            solved[joint + LINES, j] = updated(returns[j] > 0, turn_then[joint, j], turn_reached)
+            turn_then[joint, j] = updated(accepts[j] > 0, turn_reached, turn_then[joint, j])
 
 
 def judge_state():

@@ -80,8 +80,8 @@ def find_moments_of_half_beams():
                 above_limit = rotation_of_hinge - most_rotation[hinge, j]
                 leaving[j] += wp.where(maximum(below_limit, above_limit) <= dtype(0.0), 0, 1)
             moves_now = runs[j] > 0 if KEEPS_HINGES else ONCE
-            deformation[i, j] = wp.where(moves_now, rotation_of_hinge, deformation[i, j])
-            spring_force[i, j] = wp.where(moves_now, -at_joint, spring_force[i, j])
+            deformation[i, j] = updated(moves_now, rotation_of_hinge, deformation[i, j])
+            spring_force[i, j] = updated(moves_now, -at_joint, spring_force[i, j])
             if THREADS > 1:
                 grown = wp.where(wp.abs(at_joint) > largest_moment[j], 1, grown)
             largest_moment[j] = larger(largest_moment[j], wp.abs(at_joint))

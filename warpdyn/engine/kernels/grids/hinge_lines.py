@@ -197,15 +197,15 @@ def follow_law():
             breaks = is_short and is_followed[j] > 0 and moment == dtype(0.0) and slope == dtype(0.0)
             if breaks if THREADS > 1 else ONCE:
                 for m in range(M):
-                    z[i * M + m, j] = wp.where(breaks, after[m], memory[m])
-                least_rotation[followed, j] = wp.where(breaks, rotation_now, least_rotation[followed, j])
+                    z[i * M + m, j] = updated(breaks, after[m], memory[m])
+                least_rotation[followed, j] = updated(breaks, rotation_now, least_rotation[followed, j])
         smallest_slope = least_slope * terms[FIRST_STIFFNESS + i, j]
         slope = wp.where(wp.abs(slope) < smallest_slope, smallest_slope, slope)
         slope = wp.where(pushes[j] > 0, of_push * terms[FIRST_STIFFNESS + i, j], slope)
         gap = wp.abs(moment - (line_slope[followed, j] * rotation_now + line_intercept[followed, j]))
         changes = is_followed[j] > 0 and not (gap <= balance * largest_moment[j])
-        line_slope[followed, j] = wp.where(changes, slope, line_slope[followed, j])
-        line_intercept[followed, j] = wp.where(changes, moment - slope * rotation_now, line_intercept[followed, j])
+        line_slope[followed, j] = updated(changes, slope, line_slope[followed, j])
+        line_intercept[followed, j] = updated(changes, moment - slope * rotation_now, line_intercept[followed, j])
         differing[j] += wp.where(changes, 1, 0)
         gap = wp.where(changes, gap, dtype(0.0))
         spring_of_gap[j] = wp.where(gap > largest_gap[j], number_of_spring, spring_of_gap[j])
@@ -227,10 +227,10 @@ def follow_law():
             if is_ahead if THREADS > 1 else ONCE:
                 for m in range(M):
                     ahead_now = foreseen_memory[followed * M + m, j]
-                    foreseen_memory[followed * M + m, j] = wp.where(is_ahead, after[m], ahead_now)
-                foreseen_least[followed, j] = wp.where(is_ahead, least_ahead, foreseen_least[followed, j])
-                foreseen_most[followed, j] = wp.where(is_ahead, most_ahead, foreseen_most[followed, j])
-                foreseen_side[followed, j] = wp.where(is_ahead, side_ahead, foreseen_side[followed, j])
+                    foreseen_memory[followed * M + m, j] = updated(is_ahead, after[m], ahead_now)
+                foreseen_least[followed, j] = updated(is_ahead, least_ahead, foreseen_least[followed, j])
+                foreseen_most[followed, j] = updated(is_ahead, most_ahead, foreseen_most[followed, j])
+                foreseen_side[followed, j] = updated(is_ahead, side_ahead, foreseen_side[followed, j])
 
 
 def go_to_limit():
@@ -245,15 +245,15 @@ def go_to_limit():
         leaves = leaves_line_now[j] > 0
         for m in range(M):
             earlier = earlier_memory[followed * M + m, j]
-            earlier_memory[followed * M + m, j] = wp.where(leaves, memory[m], earlier)
-            z[i * M + m, j] = wp.where(leaves, at_limit[m], memory[m])
-        earlier_slope[followed, j] = wp.where(leaves, line_slope[followed, j], earlier_slope[followed, j])
-        earlier_intercept[followed, j] = wp.where(leaves, line_intercept[followed, j], earlier_intercept[followed, j])
-        earlier_least[followed, j] = wp.where(leaves, lower_limit, earlier_least[followed, j])
-        earlier_most[followed, j] = wp.where(leaves, upper_limit, earlier_most[followed, j])
-        least_rotation[followed, j] = wp.where(leaves, limit, lower_limit)
-        most_rotation[followed, j] = wp.where(leaves, -beyond, upper_limit)
-        foreseen_most[followed, j] = wp.where(leaves, -beyond, foreseen_most[followed, j])
+            earlier_memory[followed * M + m, j] = updated(leaves, memory[m], earlier)
+            z[i * M + m, j] = updated(leaves, at_limit[m], memory[m])
+        earlier_slope[followed, j] = updated(leaves, line_slope[followed, j], earlier_slope[followed, j])
+        earlier_intercept[followed, j] = updated(leaves, line_intercept[followed, j], earlier_intercept[followed, j])
+        earlier_least[followed, j] = updated(leaves, lower_limit, earlier_least[followed, j])
+        earlier_most[followed, j] = updated(leaves, upper_limit, earlier_most[followed, j])
+        least_rotation[followed, j] = updated(leaves, limit, lower_limit)
+        most_rotation[followed, j] = updated(leaves, -beyond, upper_limit)
+        foreseen_most[followed, j] = updated(leaves, -beyond, foreseen_most[followed, j])
 
 
 def accept_line():
@@ -279,12 +279,12 @@ def take_foreseen_line():
         takes = leaves_line_now[j] > 0
         if takes if THREADS > 1 else ONCE:
             for m in range(M):
-                z[i * M + m, j] = wp.where(takes, foreseen_memory[followed * M + m, j], z[i * M + m, j])
-            least_rotation[followed, j] = wp.where(takes, foreseen_least[followed, j], least_rotation[followed, j])
-            most_rotation[followed, j] = wp.where(takes, foreseen_most[followed, j], most_rotation[followed, j])
-            side[followed, j] = wp.where(takes, foreseen_side[followed, j], side[followed, j])
-            earlier_most[followed, j] = wp.where(takes, -beyond, earlier_most[followed, j])
-            foreseen_most[followed, j] = wp.where(takes, -beyond, foreseen_most[followed, j])
+                z[i * M + m, j] = updated(takes, foreseen_memory[followed * M + m, j], z[i * M + m, j])
+            least_rotation[followed, j] = updated(takes, foreseen_least[followed, j], least_rotation[followed, j])
+            most_rotation[followed, j] = updated(takes, foreseen_most[followed, j], most_rotation[followed, j])
+            side[followed, j] = updated(takes, foreseen_side[followed, j], side[followed, j])
+            earlier_most[followed, j] = updated(takes, -beyond, earlier_most[followed, j])
+            foreseen_most[followed, j] = updated(takes, -beyond, foreseen_most[followed, j])
 
 
 def accept_law():
@@ -294,14 +294,14 @@ def accept_law():
         slot("accepted_memory")
         after = mapped_memory(rotation_now, memory, c) if IS_MAPPING else memory
         for m in range(M):
-            z[i * M + m, j] = wp.where(is_followed[j] > 0, after[m], memory[m])
+            z[i * M + m, j] = updated(is_followed[j] > 0, after[m], memory[m])
     if KNOWS_LINES:
         slot("take_line")
     elif HINGE_FAILURE:
         for j in range(LANES):
             is_flat = line_slope[followed, j] <= least_slope * terms[FIRST_STIFFNESS + i, j]
             is_lost = is_followed[j] > 0 and is_flat and spring_force[i, j] == dtype(0.0)
-            is_sound[i, j] = wp.where(is_lost, dtype(0.0), is_sound[i, j])
+            is_sound[i, j] = updated(is_lost, dtype(0.0), is_sound[i, j])
 
 
 def take_line():
@@ -315,22 +315,22 @@ def take_line():
         smallest_slope = least_slope * terms[FIRST_STIFFNESS + i, j]
         if HINGE_FAILURE:
             has_failed = is_changed and moment == dtype(0.0) and wp.abs(slope) <= smallest_slope
-            is_sound[i, j] = wp.where(has_failed, dtype(0.0), is_sound[i, j])
+            is_sound[i, j] = updated(has_failed, dtype(0.0), is_sound[i, j])
         slope = wp.where(wp.abs(slope) < smallest_slope, smallest_slope, slope)
         # The line of the last solution is kept if it is the same, because a new one costs a factorisation.
         of_line = line_slope[followed, j] * reached_now + line_intercept[followed, j]
         is_same = wp.abs(moment - of_line) <= balance * largest_moment[j]
         is_same = is_same and wp.abs(slope - line_slope[followed, j]) <= same_slope * terms[FIRST_STIFFNESS + i, j]
         is_new = is_changed and not is_same
-        line_slope[followed, j] = wp.where(is_new, slope, line_slope[followed, j])
-        line_intercept[followed, j] = wp.where(is_new, moment - slope * reached_now, line_intercept[followed, j])
+        line_slope[followed, j] = updated(is_new, slope, line_slope[followed, j])
+        line_intercept[followed, j] = updated(is_new, moment - slope * reached_now, line_intercept[followed, j])
         lower_limit = least_rotation[followed, j]
-        least_rotation[followed, j] = wp.where(is_changed, next_least, lower_limit)
+        least_rotation[followed, j] = updated(is_changed, next_least, lower_limit)
         upper_limit = most_rotation[followed, j]
-        most_rotation[followed, j] = wp.where(is_changed, next_most, upper_limit)
-        side[followed, j] = wp.where(is_changed, next_side, side[followed, j])
-        earlier_most[followed, j] = wp.where(is_changed, -beyond, earlier_most[followed, j])
-        foreseen_most[followed, j] = wp.where(is_changed, -beyond, foreseen_most[followed, j])
+        most_rotation[followed, j] = updated(is_changed, next_most, upper_limit)
+        side[followed, j] = updated(is_changed, next_side, side[followed, j])
+        earlier_most[followed, j] = updated(is_changed, -beyond, earlier_most[followed, j])
+        foreseen_most[followed, j] = updated(is_changed, -beyond, foreseen_most[followed, j])
         renewed[j] += wp.where(is_new, 1, 0)
 
 
@@ -339,14 +339,14 @@ def take_earlier_line():
         returns_now = returns[j] > 0 and earlier_least[followed, j] <= earlier_most[followed, j]
         for m in range(M):
             kept = z[i * M + m, j]
-            z[i * M + m, j] = wp.where(returns_now, earlier_memory[followed * M + m, j], kept)
-        line_slope[followed, j] = wp.where(returns_now, earlier_slope[followed, j], line_slope[followed, j])
-        line_intercept[followed, j] = wp.where(returns_now, earlier_intercept[followed, j], line_intercept[followed, j])
+            z[i * M + m, j] = updated(returns_now, earlier_memory[followed * M + m, j], kept)
+        line_slope[followed, j] = updated(returns_now, earlier_slope[followed, j], line_slope[followed, j])
+        line_intercept[followed, j] = updated(returns_now, earlier_intercept[followed, j], line_intercept[followed, j])
         lower_kept = least_rotation[followed, j]
-        least_rotation[followed, j] = wp.where(returns_now, earlier_least[followed, j], lower_kept)
+        least_rotation[followed, j] = updated(returns_now, earlier_least[followed, j], lower_kept)
         upper_kept = most_rotation[followed, j]
-        most_rotation[followed, j] = wp.where(returns_now, earlier_most[followed, j], upper_kept)
-        earlier_most[followed, j] = wp.where(returns_now, -beyond, earlier_most[followed, j])
+        most_rotation[followed, j] = updated(returns_now, earlier_most[followed, j], upper_kept)
+        earlier_most[followed, j] = updated(returns_now, -beyond, earlier_most[followed, j])
         renewed[j] += wp.where(returns_now, 1, 0)
 
 
@@ -363,8 +363,8 @@ def drag_limits():
             lower_now = least_rotation[hinge, j]
             upper_now = most_rotation[hinge, j]
             side_now = wp.where(accepts[j] > 0, side[hinge, j], dtype(0.0))
-            least_rotation[hinge, j] = wp.where(side_now > dtype(0.0), rotation_reached, lower_now)
-            most_rotation[hinge, j] = wp.where(side_now < dtype(0.0), rotation_reached, upper_now)
+            least_rotation[hinge, j] = updated(side_now > dtype(0.0), rotation_reached, lower_now)
+            most_rotation[hinge, j] = updated(side_now < dtype(0.0), rotation_reached, upper_now)
 
 
 def push_springs():

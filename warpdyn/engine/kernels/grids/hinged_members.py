@@ -236,10 +236,10 @@ def find_moments():
                     leaving[j] += wp.where(beyond_end <= dtype(0.0), 0, 1)
                 # A lane that has finished keeps its bits, also if lines have changed.
                 goes_on = runs[j] > 0 if KEEPS_HINGES else ONCE
-                deformation[i, j] = wp.where(goes_on, start_rotation, deformation[i, j])
-                deformation[i + 1, j] = wp.where(goes_on, end_rotation, deformation[i + 1, j])
-                spring_force[i, j] = wp.where(goes_on, -at_start, spring_force[i, j])
-                spring_force[i + 1, j] = wp.where(goes_on, -at_end, spring_force[i + 1, j])
+                deformation[i, j] = updated(goes_on, start_rotation, deformation[i, j])
+                deformation[i + 1, j] = updated(goes_on, end_rotation, deformation[i + 1, j])
+                spring_force[i, j] = updated(goes_on, -at_start, spring_force[i, j])
+                spring_force[i + 1, j] = updated(goes_on, -at_end, spring_force[i + 1, j])
                 largest_end = larger(wp.abs(at_start), wp.abs(at_end))
                 if THREADS > 1:
                     grown = wp.where(largest_end > largest_moment[j], 1, grown)
@@ -254,7 +254,7 @@ def find_moments():
             shear_now = storey_shear[floor, j]
             if HAS_LOADS:
                 shear_now -= terms[FIRST_SHEAR + floor, j]
-            spring_force[floor, j] = wp.where(runs[j] > 0, shear_now, spring_force[floor, j])
+            spring_force[floor, j] = updated(runs[j] > 0, shear_now, spring_force[floor, j])
     if THREADS > 1:
         grown = any_in_warp(grown)
         if grown > 0:

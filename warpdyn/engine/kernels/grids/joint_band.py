@@ -79,4 +79,4 @@ def solve_joints():
         row_place = (BAND + 1) * (k + BAND)
         for j in range(LANES):
             SOLVE_BANDED_ROW
-            solved[k + LINES, j] = wp.where(pace[j] > 0, found_turn[k, j], solved[k + LINES, j])
+            solved[k + LINES, j] = updated(pace[j] > 0, found_turn[k, j], solved[k + LINES, j])

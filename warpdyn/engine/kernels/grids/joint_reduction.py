@@ -94,5 +94,5 @@ def solve_joints():
             load_above = from_thread(reduced_load, neighbour_above)
             reduced_load += share_below[level, j] * load_below + share_above[level, j] * load_above
             distance = distance + distance
-        solved[1, j] = wp.where(pace[j] > 0, reduced_load * inverse_pivot[j], solved[1, j])
+        solved[1, j] = updated(pace[j] > 0, reduced_load * inverse_pivot[j], solved[1, j])
     slot("exchange_turns")

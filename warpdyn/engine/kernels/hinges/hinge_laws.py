@@ -149,7 +149,7 @@ def accept_hinges():
             for j in range(LANES):
                 is_flat = hinge_slope[i, j] <= least_slope * first_slope[i, j]
                 is_lost = is_flat and spring_force[i, j] == dtype(0.0)
-                is_sound[i, j] = wp.where(is_lost, dtype(0.0), is_sound[i, j])
+                is_sound[i, j] = updated(is_lost, dtype(0.0), is_sound[i, j])
     for hinge in range(HINGES):
         i = hinge_spring(hinge)
         if HAS_BRANCHES:

@@ -94,7 +94,7 @@ def turn_all():
 def turn_searching():
     for j in range(LANES):
         is_new = pace[j] == 1 or pace[j] == 3
-        start_slope[j] = wp.where(is_new, energy_slope[j], start_slope[j])
+        start_slope[j] = updated(is_new, energy_slope[j], start_slope[j])
         full_share = wp.where(pace[j] == 3, over_relaxation, dtype(1.0))
         is_long = largest_turn[j] * full_share > most_turn
         new_share = wp.where(is_long, most_turn / largest_turn[j], full_share)
@@ -150,8 +150,8 @@ def judge_lanes():
         moves_far = begins or (goes_on and not moves_near)
         near_end[j] = wp.where(moves_near, present_share[j], wp.where(begins, dtype(0.0), near_end[j]))
         slope_near[j] = wp.where(moves_near, present_slope[j], wp.where(begins, slope_at_start[j], slope_near[j]))
-        far_end[j] = wp.where(moves_far, present_share[j], far_end[j])
-        slope_far[j] = wp.where(moves_far, present_slope[j], slope_far[j])
+        far_end[j] = updated(moves_far, present_share[j], far_end[j])
+        slope_far[j] = updated(moves_far, present_slope[j], slope_far[j])
         pace_next = wp.where(begins, 2, wp.where(ends, 1, pace[j]))
         falls_back = solution == NEWTON_SOLUTIONS and pace_next > 0 and pace_next < 3
         pace[j] = wp.where(is_done, 0, wp.where(falls_back, 4, pace_next))

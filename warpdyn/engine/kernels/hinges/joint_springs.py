@@ -196,8 +196,8 @@ def take_turn():
         turn[joint, j] = turn_now
         yielded[joint, j] = yielded_now
     else:
-        turn[joint, j] = wp.where(seeks[j] > 0, turn_now, turn[joint, j])
-        yielded[joint, j] = wp.where(seeks[j] > 0, yielded_now, yielded[joint, j])
+        turn[joint, j] = updated(seeks[j] > 0, turn_now, turn[joint, j])
+        yielded[joint, j] = updated(seeks[j] > 0, yielded_now, yielded[joint, j])
 
 
 def relax_joint_springs():
@@ -252,9 +252,8 @@ def find_shears_of_columns():
 def end_step():
     for joint in range(FIRST_JOINT, JOINTS):
         for j in range(LANES):
-            reached_plastic = turn[joint, j] + yielded[joint, j]
-            is_elastic = yielded[joint, j] == dtype(0.0)
-            plastic[joint, j] = wp.where(is_elastic, plastic[joint, j], reached_plastic)
+            yields = yielded[joint, j] != dtype(0.0)
+            plastic[joint, j] = updated(yields, turn[joint, j] + yielded[joint, j], plastic[joint, j])
 
 
 def restore():

@@ -66,11 +66,11 @@ def before_storey():
             for j in range(LANES):
                 slot("follow_rules")
                 force_then = held_of(reached_drift[j], after, c)
-                reached_force[j] = wp.where(has_left[j] > 0, force_then, reached_force[j])
+                reached_force[j] = updated(has_left[j] > 0, force_then, reached_force[j])
                 if IMPLICIT_CHAIN:
                     slot("accepted_drift")
                     slope_then = tangent_of(reached_drift[j], reached_drift[j] - drift, memory, after, c)
-                    reached_slope[j] = wp.where(has_left[j] > 0, slope_then, reached_slope[j])
+                    reached_slope[j] = updated(has_left[j] > 0, slope_then, reached_slope[j])
                 if MAPS_IN_STAGE:
                     if is_last:
                         for m in range(M):

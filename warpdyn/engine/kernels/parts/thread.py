@@ -25,7 +25,7 @@ def wanted(plan):
 def names(plan):
     import warp as wp
 
-    from warpdyn.engine.device.processor import LARGER
+    from warpdyn.engine.device.processor import LARGER, UPDATED
     from warpdyn.engine.kernels.composing.user_recorders import users_of
     from warpdyn.engine.kernels.plan import DTYPES, row_types, structs
     from warpdyn.foundations.core.output_variables import (
@@ -54,6 +54,7 @@ def names(plan):
         "indices": indices,
         "matrix": wp.types.matrix(shape=(plan.storeys_of_thread, lanes), dtype=dtype),
         "larger": LARGER[plan.dtype],
+        "updated": UPDATED[plan.dtype],
         "blown_up": wp.constant(dtype(LARGEST_DRIFT_RATIO)),
         **{name: wp.int8(code) for name, code in codes.items()},
     }
