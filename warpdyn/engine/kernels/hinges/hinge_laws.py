@@ -161,7 +161,7 @@ def accept_hinges():
                 leaving += has_left[j]
                 after = memory_on_line(deformation[i, j], memory, c)
                 for m in range(CHANGED):
-                    z[i * M + m, j] = wp.where(has_left[j] > 0, memory[m], after[m])
+                    z[i * M + m, j] = updated(has_left[j] == 0, after[m], memory[m])
             if leaving > 0:
                 for j in range(LANES):
                     if has_left[j] > 0:

@@ -116,8 +116,7 @@ def begin_interval():
 
 def stop_lane():
     if not (EXPLICIT_CHAIN and HOLDS_STEP):  # in that kernel the only sample of the thread leaves the loop
-        if collapse_time[j] >= dtype(0.0):
-            h[j] = dtype(0.0)
+        h[j] = updated(collapse_time[j] >= dtype(0.0), dtype(0.0), h[j])
 
 
 def settle_lane():
@@ -179,8 +178,7 @@ def watch_drifts():
     for j in range(LANES):
         over[j] = dtype(0.0)
         if not (EXPLICIT_CHAIN and HOLDS_STEP):
-            if collapse_time[j] >= dtype(0.0):
-                stands[j] = dtype(0.0)
+            stands[j] = updated(collapse_time[j] >= dtype(0.0), dtype(0.0), stands[j])
     for i in range(N):
         for j in range(LANES):
             slot("accepted_drift")

@@ -61,7 +61,7 @@ def before_storey():
             if MAPS_IN_STAGE:
                 if is_last:
                     for m in range(CHANGED):
-                        z[i * M + m, j] = wp.where(has_left[j] > 0, memory[m], after[m])
+                        z[i * M + m, j] = updated(has_left[j] == 0, after[m], memory[m])
         if leaving > 0:
             for j in range(LANES):
                 slot("follow_rules")
@@ -74,7 +74,7 @@ def before_storey():
                 if MAPS_IN_STAGE:
                     if is_last:
                         for m in range(M):
-                            z[i * M + m, j] = wp.where(has_left[j] > 0, after[m], memory[m])
+                            z[i * M + m, j] = updated(has_left[j] > 0, after[m], memory[m])
 
 
 def follow_rules():
@@ -114,9 +114,9 @@ def end_step():
                 leaving += has_left[j]
                 after = memory_on_line(reached_drift[j], memory, c)
                 for m in range(CHANGED):
-                    z[i * M + m, j] = wp.where(has_left[j] > 0, memory[m], after[m])
+                    z[i * M + m, j] = updated(has_left[j] == 0, after[m], memory[m])
             if leaving > 0:
                 for j in range(LANES):
                     slot("follow_rules")
                     for m in range(M):
-                        z[i * M + m, j] = wp.where(has_left[j] > 0, after[m], memory[m])
+                        z[i * M + m, j] = updated(has_left[j] > 0, after[m], memory[m])
