@@ -14,9 +14,9 @@ def test_drift_ratios_of_a_frame_need_rigid_floors_and_their_recorder():
     structure = portal().lumped(damping="modal", damping_ratio=0.02)
     stripes = wd.Stripes([motion], [0.1, 0.3], wd.PeakGroundAcceleration())
     run = wd.simulate(wd.Scene(structure, stripes, recorders=("spring",)), structures=1, device="cpu")
-    with pytest.raises(ValueError, match=r"add the recorder 'drift', .* the Frame needs rigid floors") as told:
+    with pytest.raises(ValueError, match=r"add the recorder 'drift', .* the Frame needs rigid floors") as caught:
         wd.fragility(run, {"slight": 0.01})
-    assert "storey_height" not in str(told.value)
+    assert "storey_height" not in str(caught.value)
     described = portal().description() | {"diaphragms": {}, "masses": {"J1_1": 7e4}}
     described["supports"] |= {"L1": "fixed"}  # no rigid floor connects the leaning column
     structure = wd.Frame(**described).lumped(damping="modal", damping_ratio=0.02)

@@ -128,6 +128,11 @@ def test_a_wrong_yield_moment_is_warned_of_once(recwarn):
     structure = wd.HingedFrame(soft, {("B1_1", "start"): HINGE}, damping="modal", damping_ratio=0.02)
     with pytest.warns(UserWarning, match="rotation at which the spring yields of spring 'B1_1 start'"):
         warn_of_implausible(wd.Scene(structure, motion("pulse_2", 0.5)))
+    for stiffness, strength in ((1e13, HINGE["yield_force"]), (2.5e9, 1e12)):  # rigid until it yields; stays elastic
+        usual = changed(members={"B1_1": {"spring_start": stiffness}})
+        hinges = {("B1_1", "start"): HINGE | {"yield_force": strength}}
+        structure = wd.HingedFrame(usual, hinges, damping="modal", damping_ratio=0.02)
+        warn_of_implausible(wd.Scene(structure, motion("pulse_2", 0.5)))
 
 
 @pytest.mark.parametrize(

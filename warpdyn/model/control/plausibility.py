@@ -78,8 +78,9 @@ def add_sensors(
 ) -> None:
     """Add noise and resolutions of sensors that hide the response of a structure to `findings`.
 
-    The expected peaks are those of an oscillator with the first period: a, a / omega and a / omega**2 with the peak
-    acceleration a of the strongest motion. They are not known for all excitations.
+    The expected peaks are those of an oscillator with the first period under a constant acceleration a, the peak of the
+    strongest motion: a, a / omega and a / omega**2. Records amplify them 2 to 3 times, harmonic motions more. They are
+    not known for all excitations.
 
     Args:
         findings: Implausible values found so far.

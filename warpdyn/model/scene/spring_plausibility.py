@@ -10,6 +10,7 @@ from warpdyn.engine.methods.undamped_modes import undamped
 from warpdyn.foundations.core.plausibility import PlausibilityFindings
 from warpdyn.foundations.core.plausibility.check import Mistakes
 from warpdyn.foundations.core.plausibility.frames import FRAME_PERIOD, FRAME_YIELD
+from warpdyn.foundations.core.plausibility.table import CHECKS
 from warpdyn.foundations.core.units import STANDARD_GRAVITY
 from warpdyn.model.scene.scatter import GivenFactors, GivenValues, Scatter, combined
 from warpdyn.model.structures.builders.flexural_shear_building import FlexuralShearBuilding
@@ -31,6 +32,9 @@ OF_SPRINGS = {
     "radius": "spring_radius",
     "restitution": "restitution",
 }
+
+
+STIFF_HINGE = 100.0  # usual hinges are 10 to 60 times as stiff as their members
 
 
 def add_lumped(
@@ -63,14 +67,15 @@ def add_lumped(
     if "yield_force" in values:
         with np.errstate(divide="ignore", invalid="ignore"):
             yields = np.where(values["stiffness"] > 0, values["yield_force"] / values["stiffness"], np.nan)
-        # The constructor has warned of these hinges.
-        is_warned = np.isin(names, list(getattr(structure, "implausible_hinges", ())))
-        is_warned &= values["yield_force"] == structure.parameters["yield_force"]
+        is_nominal = values["yield_force"] == structure.parameters["yield_force"]
+        is_warned = is_nominal & np.isin(names, list(getattr(structure, "implausible_hinges", ())))
         yields = np.where(is_warned, np.nan, yields)
         if is_frame:
             from warpdyn.model.structures.frames.hinges.plausibility import STRONG_ROTATION
 
-            yields = np.where(rotates & (yields >= STRONG_ROTATION), np.nan, yields)  # hinges that stay elastic
+            # The constructor compares nominal hinges with their members. They may be much stiffer, or stay elastic.
+            is_usual = (yields >= CHECKS["spring_yield_rotation"].low) & (yields < STRONG_ROTATION / STIFF_HINGE)
+            yields = np.where(rotates & ((is_nominal & ~is_usual) | (yields >= STRONG_ROTATION)), np.nan, yields)
         add("spring_yield_deformation", np.where(rotates, np.nan, yields), FRAME_YIELD[False] if is_frame else None)
         add("spring_yield_rotation", np.where(rotates, yields, np.nan), FRAME_YIELD[True] if is_frame else None)
         strength = np.nansum(np.where(rotates, np.nan, values["yield_force"]))

@@ -32,6 +32,7 @@ USUAL_RADII = (0.01, 3.0)
 # Sections with a larger second moment, up to this factor on the median, and a usual area are meant to be rigid.
 MOST_AREA, MOST_INERTIA = 100.0, 1e5
 AREA_UNITS = (1e-4, 1e-6)  # cm2 and mm2 in m2
+MOST_CORRECTED_AREA = 5.0  # of an area in m2 over those of other sections, or their ratio to it
 FEWEST_OTHERS = 2  # sections with whose median another one is compared
 FEWEST_LOADS = 3  # loads whose median is compared with each of them
 
@@ -103,8 +104,12 @@ def _add_radii(findings: PlausibilityFindings, frame: Frame, radii: np.ndarray) 
         over, stiffer = area / median, inertia / np.median(inertia[usual])
         is_rigid = (radii > USUAL_RADII[1]) & (over <= MOST_AREA) & (stiffer <= MOST_INERTIA)
         radii = np.where(is_rigid, np.nan, radii)
-        corrected = np.sqrt(inertia / (area * np.array(AREA_UNITS)[:, None]))
-        explained = ((corrected >= USUAL_RADII[0]) & (corrected <= USUAL_RADII[1])).any(axis=0)
+        units = np.array(AREA_UNITS)[:, None]
+        corrected = np.sqrt(inertia / (area * units))
+        explained = (corrected >= USUAL_RADII[0]) & (corrected <= USUAL_RADII[1])
+        # Areas that are 1,000 times as large are meant to be rigid, too.
+        explained &= (over * units >= 1 / MOST_CORRECTED_AREA) & (over * units <= MOST_CORRECTED_AREA)
+        explained = explained.any(axis=0)
         is_other = explained & (radii < USUAL_RADII[0]) & np.array([name in stretched for name in names])
         is_other &= np.log10(area) % 1 != 0
         if 2 * is_other.sum() < usual.sum():
