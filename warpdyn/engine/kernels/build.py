@@ -173,7 +173,9 @@ def _fitted_lumped(plan: Plan, is_gpu: bool) -> Plan:
     elif divided_storeys(plan) is not None:
         plan = replace(plan, by_storey=True)
     if is_gpu:
-        unrolls = has_joint_springs(plan) or (largest <= UNROLLED_SPRINGS and not has_joints(plan))
+        unrolls = largest <= UNROLLED_SPRINGS and not has_joints(plan)
+        # Compiled in 5 s for ten storeys. Stages of other methods would be unrolled, too (rk4: 14 s, otherwise 2 s).
+        unrolls = unrolls or (has_joint_springs(plan) and keeps_drifts(plan) and plan.dofs <= UNROLLED_SPRINGS)
         return replace(plan, lanes=GPU_LANES, max_unroll=GPU_UNROLL if unrolls else 1)
     if has_joints(plan):
         return replace(plan, lanes=CPU_LANES if plan.dtype == "float32" else CPU_LONG_LANES, max_unroll=FRAME_UNROLL)
@@ -201,11 +203,14 @@ def as_in_live(plan: Plan, *, is_gpu: bool) -> Plan:
 
     On a GPU, the compiler fuses products and sums of laws with many rules in another way if the kernel can pause (peak
     drifts differed by up to 4e-4 in float32 and 4e-12 in float64). `simulate` then uses the kernel that can pause, too,
-    which took 0.97 to 1.00 of the time on an H200.
+    which took 0.97 to 1.00 of the time on an H200. On a CPU this holds for fish-bones with springs of joints (2e-7 in
+    float32; 1.03 of the time).
     """
     has_many_rules = spring_row(plan.law).leaves_line is not None
     is_live = plan.family == "chain" and plan.kind == "explicit" and plan.load == "base_acceleration"
-    return replace(plan, pauses=True) if is_gpu and has_many_rules and is_live else plan
+    joins_hinges = has_joint_springs(plan) and plan.load == "base_acceleration"
+    can_differ = has_many_rules and is_live if is_gpu else joins_hinges
+    return replace(plan, pauses=True) if can_differ else plan
 
 
 def _known_block(plan: Plan) -> int | None:

@@ -42,6 +42,7 @@ SCRATCH = {
     "adaptivity": "done excess part safe_absorbed safe_in safe_viscous whole_step",
     "elimination": "above_eliminated below_found carried eliminated",
     "implicit_chain": "below_before below_now rise",
+    "joint_springs": "allowed_gap chord_moment inverse_pivot largest_gap reduced seeks",
     "search": "correction force_size mode rounded slope slope_end slope_next unbalanced unbalanced_last",
 }
 # Names in SCRATCH that a part reads in the first stage of a step, before it sets them: {part: names}. They are stored.
