@@ -1,4 +1,4 @@
-"""Fish-bones with elastic columns and bilinear hinges: one spring for each joint gives what hinges and beams give."""
+"""Fish-bones with elastic columns and bilinear hinges: springs of joints have the results of the general kernel."""
 
 from __future__ import annotations
 
@@ -29,7 +29,13 @@ NEVER = 1e8  # N m, a yield moment that no hinge reaches
 
 
 def bone(
-    storeys: int, *, has_base_hinge: bool = True, ratio: float = 0.02, has_elastic_top: bool = False
+    storeys: int,
+    *,
+    has_base_hinge: bool = True,
+    ratio: float = 0.02,
+    has_elastic_top: bool = False,
+    never: float = NEVER,
+    drift_capacity: float | None = None,
 ) -> wd.HingedFishbone:
     """Return a fish-bone with elastic columns; the hinge of its top beam is elastic, or does not yield."""
     arguments = fishbone(storeys).description()
@@ -40,10 +46,11 @@ def bone(
                 row.pop("spring_start")
     hinges = {(f"B{level}", "start"): hinge(8e5 / level, ratio) for level in range(1, storeys)}
     if not has_elastic_top:
-        hinges[f"B{storeys}", "start"] = hinge(NEVER, ratio)
+        hinges[f"B{storeys}", "start"] = hinge(never, ratio)
     if has_base_hinge:
         hinges["C1", "start"] = hinge(1e6, ratio)
-    return wd.HingedFishbone(wd.Frame(**arguments), hinges, damping_matrix=A0 * np.diag([50e3] * storeys))
+    damping = A0 * np.diag([50e3] * storeys)
+    return wd.HingedFishbone(wd.Frame(**arguments), hinges, damping_matrix=damping, drift_capacity=drift_capacity)
 
 
 def hinge(strength: float, ratio: float) -> dict:
@@ -71,11 +78,17 @@ def new_kernels():
     build._composed_kernel.cache_clear()
 
 
-@pytest.mark.parametrize("most_solutions", [joint_springs.MOST_SOLUTIONS, 1], ids=["newton", "joint by joint"])
-@pytest.mark.parametrize(("has_base_hinge", "method"), [(True, "leapfrog"), (False, "leapfrog"), (True, "rk4")])
+@pytest.mark.parametrize(
+    ("has_base_hinge", "method", "most_solutions"),
+    [
+        (True, "leapfrog", joint_springs.MOST_SOLUTIONS),
+        (False, "leapfrog", joint_springs.MOST_SOLUTIONS),
+        (True, "rk4", joint_springs.MOST_SOLUTIONS),
+        (True, "leapfrog", 1),  # the first solution, then joint by joint
+        (True, "rk4", 1),
+    ],
+)
 def test_springs_of_joints_equal_the_general_kernel(has_base_hinge, method, most_solutions, new_kernels, monkeypatch):
-    if most_solutions == 1 and not has_base_hinge:
-        pytest.skip("one of both bases is enough")
     monkeypatch.setattr(joint_springs, "MOST_SOLUTIONS", most_solutions)
     plans = plans_of(monkeypatch)
     structure, general = (bone(4, has_base_hinge=has_base_hinge, has_elastic_top=each) for each in (False, True))
@@ -87,8 +100,42 @@ def test_springs_of_joints_equal_the_general_kernel(has_base_hinge, method, most
     assert yields[-1].sum() >= 3  # hinges yield
     for name in PEAKS:
         largest = np.abs(expected[name]).max(dim="sample")
-        # Moments balance to 1e-9 of the largest one in each step.
+        # Moments balance to 1e-9 of the largest one of columns in each step.
         assert float((np.abs(found[name] - expected[name]) / largest).max()) < 1e-7, name
+
+
+def test_a_hinge_that_never_yields_does_not_loosen_the_tolerance():
+    settings = {"device": "cpu", "step": 0.005}
+    found, expected = (
+        wd.simulate(scene_of(bone(4, never=1e12, has_elastic_top=each)), **settings) for each in (False, True)
+    )
+    for name in PEAKS:
+        largest = np.abs(expected[name]).max(dim="sample")
+        # float32: both kernels balance moments to 5e-5 of the largest one in each step.
+        assert float((np.abs(found[name] - expected[name]) / largest).max()) < 1e-4, name
+
+
+@pytest.mark.parametrize(("storeys", "capacity"), [(1, 0.005), (2, 0.02)])
+def test_collapse_and_residual_drifts_are_those_of_the_general_kernel(storeys, capacity):
+    recorders = {"recorders": ("drift", "spring", "residual"), "tail": 1.0}
+    structures = (bone(storeys, drift_capacity=capacity, has_elastic_top=each) for each in (False, True))
+    settings = {"device": "cpu", "method": "leapfrog", "step": 0.005, "dtype": "float64"}
+    found, expected = (wd.simulate(scene_of(each, **recorders), **settings) for each in structures)
+    assert set(expected["status"].values) == {0, 1}  # some collapse
+    for name in ("status", "time_of_collapse"):
+        np.testing.assert_allclose(found[name].values, expected[name].values, rtol=1e-9, err_msg=name)
+    for name in ("residual_deformation", "peak_storey_drift_ratio", "peak_spring_deformation"):
+        scale = np.nanmax(np.abs(expected[name].values))
+        np.testing.assert_allclose(found[name].values, expected[name].values, rtol=0, atol=1e-7 * scale, err_msg=name)
+
+
+def test_a_state_without_equilibrium_is_reported(new_kernels, monkeypatch):
+    monkeypatch.setattr(joint_springs, "MOST_SOLUTIONS", 1)
+    monkeypatch.setattr(joint_springs, "MOST_SWEEPS", 1)
+    settings = {"device": "cpu", "method": "leapfrog", "step": 0.0025, "dtype": "float64", "on_unstable": "flag"}
+    result = wd.simulate(scene_of(bone(3)), **settings)
+    assert result["status"].values[0] == 0  # remains elastic
+    assert result["status"].values[-1] == 4  # not_converged
 
 
 def found_yield_moments(structure: wd.HingedFishbone) -> np.ndarray:
@@ -97,6 +144,9 @@ def found_yield_moments(structure: wd.HingedFishbone) -> np.ndarray:
 
 def test_bits_of_a_sample_do_not_depend_on_its_neighbours():
     scene = scene_of(bone(3))
+    first, *others = scene.excitation.motions
+    shorter = wd.GroundMotion(first.acceleration[:300], first.step, first.name)  # ends before the others
+    scene = replace(scene, excitation=wd.Cloud([shorter, *others]))
     settings = {"device": "cpu", "method": "leapfrog", "step": 0.005}
     together = wd.simulate(scene, **settings)
     for place, each in enumerate(scene.excitation.motions):
@@ -106,7 +156,7 @@ def test_bits_of_a_sample_do_not_depend_on_its_neighbours():
 
 
 def test_moments_of_hinges_are_in_equilibrium_and_on_their_laws():
-    """Without columns that resist, a storey is a spring: a beam's moment balances the moments of the columns."""
+    """The sum of the moments of beams and base is the sum of storey shears times heights."""
     structure = bone(2, ratio=0.0)
     result = wd.simulate(
         scene_of(structure, recorders=("spring",)),
@@ -140,11 +190,11 @@ def test_a_gpu_gives_the_results_of_a_cpu():
         np.testing.assert_allclose(found[name].values, expected[name].values, rtol=1e-7, err_msg=name)
 
 
-@pytest.mark.parametrize("method", ["rk4", "leapfrog"])
-def test_live_ensembles_have_the_bits_of_simulate(method):
+@pytest.mark.parametrize(("method", "storeys"), [("rk4", 2), ("rk4", 3), ("leapfrog", 2)])
+def test_live_ensembles_have_the_bits_of_simulate(method, storeys):
     motion = wd.GroundMotion(6.0 * np.sin(7.0 * np.arange(0, 1.6, 0.02)), 0.02, "sine")
     scatter = {"yield_force": wd.RandomFactor(wd.Lognormal(1.0, 0.2), per="spring")}
-    scene = wd.Scene(bone(2), motion, scatter, recorders=("spring",))
+    scene = wd.Scene(bone(storeys), motion, scatter, recorders=("spring",))
     how = {"integration": wd.Integration(method=method), "execution": wd.Execution(device="cpu", threads=1)}
     live = wd.Live(scene, 3, **how)
     for packet in wd.packets.from_motion(motion, 7):

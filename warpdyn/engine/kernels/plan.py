@@ -216,7 +216,7 @@ def keeps_drifts(plan: Plan) -> bool:
 
 
 def has_line(plan: Plan) -> bool:
-    """Return whether the plan is of a fish-bone frame with hinges, whose part `hinge_laws` evaluates the laws."""
+    """Return whether the plan is of a frame or fish-bone with hinges, whose massless rotations the kernel finds."""
     return plan.pattern is not None and plan.pattern.line is not None
 
 

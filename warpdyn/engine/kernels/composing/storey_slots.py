@@ -64,7 +64,7 @@ OF_COLUMN_LINE: dict[str, tuple[str, ...]] = {
     ),
     "solve_joint_springs": ("kernel", "Find the rotations of joints for the present branches of their springs."),
     "add_chord_moments": ("lane", "Add the moments of the columns of a joint whose joints do not rotate."),
-    "take_turn": ("lane", "Take the rotation of a joint and the branch of its spring."),
+    "store_turn": ("lane", "Store the rotation of a joint and the branch of its spring."),
     "judge_gap": ("kernel", "Find the lanes whose moments changed by more than the tolerance.", "", "seeking"),
     "relax_joint_springs": ("kernel", "Find the rotations of joints with initial stiffnesses.", "", "seeking solution"),
     "find_shears_of_columns": (

@@ -7,7 +7,7 @@ a member are eliminated in closed form, and a tridiagonal system remains for the
 `massless_rotations.py` contains the loop over solutions, `hinge_laws.py` the laws.
 """
 
-from warpdyn.engine.kernels.hinges.column_storeys import has_joint_springs
+from warpdyn.engine.kernels.hinges.column_storeys import seeks_hinges
 from warpdyn.engine.kernels.lumped.pattern import ColumnLine
 
 order = 5
@@ -29,8 +29,7 @@ BORROWS = {
 
 
 def wanted(plan):
-    is_column_line = plan.pattern is not None and isinstance(plan.pattern.line, ColumnLine)
-    return is_column_line and plan.frame_storeys is None and not has_joint_springs(plan)
+    return seeks_hinges(plan) and isinstance(plan.pattern.line, ColumnLine)
 
 
 def values_held(plan):

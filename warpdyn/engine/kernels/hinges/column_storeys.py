@@ -89,6 +89,12 @@ def column_storeys(line: ColumnLine) -> ColumnStoreys | None:
     return ColumnStoreys(line) if is_hinged and line.is_fixed and line.storeys > 1 else None
 
 
+def seeks_hinges(plan: Plan) -> bool:
+    """Return whether the kernel of any frame or fish-bone seeks the rotations of hinges and joints."""
+    has_line = plan.pattern is not None and plan.pattern.line is not None
+    return has_line and plan.frame_storeys is None and not has_joint_springs(plan)
+
+
 def has_joint_springs(plan: Plan) -> bool:
     """Return whether one bilinear spring per joint replaces the hinges of a fish-bone (see `joint_springs.py`).
 

@@ -4,8 +4,7 @@ Laws with straight branches are evaluated on the branch of the last state first;
 by all rules. The branch's slope is used in the linear system until it changes.
 """
 
-from warpdyn.engine.kernels.hinges.column_storeys import has_joint_springs
-from warpdyn.engine.kernels.plan import has_line
+from warpdyn.engine.kernels.hinges.column_storeys import seeks_hinges
 from warpdyn.engine.laws.springs import spring_row
 
 order = 5
@@ -15,7 +14,7 @@ LEAST_SLOPE = 1e-9  # of the initial stiffness of a hinge, in the matrix only
 
 
 def wanted(plan):
-    return has_line(plan) and plan.frame_storeys is None and not has_joint_springs(plan)
+    return seeks_hinges(plan)
 
 
 def values_held(plan):

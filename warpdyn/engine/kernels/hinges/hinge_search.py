@@ -7,8 +7,7 @@ stiffness of all hinges, over-relaxed, which is the fixed-point iteration on pla
 solution has the status not_converged.
 """
 
-from warpdyn.engine.kernels.hinges.column_storeys import has_joint_springs
-from warpdyn.engine.kernels.plan import has_line
+from warpdyn.engine.kernels.hinges.column_storeys import seeks_hinges
 
 order = 5
 
@@ -35,7 +34,7 @@ FIELDS = {"Output": {"spring_without_equilibrium": "int32[]"}}
 
 
 def wanted(plan):
-    return has_line(plan) and plan.frame_storeys is None and not has_joint_springs(plan)
+    return seeks_hinges(plan)
 
 
 def values_held(plan):

@@ -8,15 +8,16 @@ solution uses the branches of the last state. The next ones use those that were 
 than the tolerance.
 
 Hardening is not negative, so the state of equilibrium is the minimum of a convex energy. If solutions alternate between
-branches, the joints are brought into equilibrium one after the other, again and again. This always converges, because
-each joint lowers the energy; a sweep divides the error by more than 4 if shear deformation of columns is small.
+branches, the joints are brought into equilibrium one after the other, in sweeps from the base to the top. The sweeps
+converge, because each joint lowers the energy; one divides the error by more than 4 if shear deformation is small.
+A sample that needs more than MOST_SWEEPS has the status not_converged.
 """
 
 from warpdyn.engine.kernels.hinges.column_storeys import has_joint_springs
 
 order = 5
 
-# Largest error of a moment, relative to the largest yield moment of the sample.
+# Largest error of a moment, relative to the largest mean moment at the ends of a column so far.
 TOLERANCE = {"float32": 5e-5, "float64": 1e-9}
 MOST_SOLUTIONS = 20
 MOST_SWEEPS = 2000
@@ -75,19 +76,21 @@ def declare():
     yielding = joint_rows()  # stiffness
     yield_rotation = joint_rows()
     plastic = joint_rows()  # plastic rotation of the accepted state
-    yielded = joint_rows()  # 0, or of a yielding spring its yield rotation with the sign opposite to that of its moment
+    # 0: the spring is elastic; otherwise plus or minus its yield rotation, with the opposite sign of its moment
+    yielded = joint_rows()
     turn = joint_rows()
     reduced = joint_rows()
     inverse_pivot = joint_rows()
     both_ends = matrix()  # stiffness of a column if both ends rotate
     chord_moment = matrix()  # at both ends of a column whose joints do not rotate
-    yield_moment = row()  # the largest one
+    largest_moment = row()  # of both ends of a column together, so far
+    allowed_share = row()  # of this moment: the allowed gap
     allowed_gap = row()
     largest_gap = row()  # change of a moment by the last solution, divided by the largest stiffness of half-beams
     stiffness_of_beams = row()  # the largest one of half-beams and their hinges
     weight_of_base = row()  # its stiffness divided by that of half-beams
     seeks = indices()  # whether a lane seeks its rotations
-    joint_of_gap = indices()
+    joint_of_gap = indices(FIRST_JOINT)
     unsolved = indices()  # 1 + the hinge without equilibrium
     states_found = int(0)
 
@@ -104,8 +107,7 @@ def read_spring_row():
         slot("storey_coefficients")
         joint = joint_of_spring(i)
         initial = c[HARDENING_STIFFNESS] + c[YIELDING_STIFFNESS]
-        own_yield_moment = initial * c[YIELD_DRIFT]
-        yield_moment[j] = larger(yield_moment[j], own_yield_moment)
+        yield_moment = initial * c[YIELD_DRIFT]
         hardening[joint, j] = c[HARDENING_STIFFNESS]
         if joint > 0:
             half_beam = terms[FIRST_OF_LINE + VALUES * (joint - 1) + 2, j]
@@ -113,12 +115,12 @@ def read_spring_row():
             hardening[joint, j] = half_beam * after_yielding / (half_beam + after_yielding)
             initial = half_beam * initial / (half_beam + initial)
         yielding[joint, j] = initial - hardening[joint, j]
-        yield_rotation[joint, j] = own_yield_moment / initial
+        yield_rotation[joint, j] = yield_moment / initial
         stiffness_of_joint[joint, j] += hardening[joint, j]
         if joint > 0:
             stiffness_of_beams[j] = larger(stiffness_of_beams[j], yielding[joint, j])
-        # Complete after the last spring.
-        allowed_gap[j] = balance * yield_moment[j] / stiffness_of_beams[j]
+        # Right only after the last spring, because the largest stiffness is then known.
+        allowed_share[j] = dtype(0.5) * balance / stiffness_of_beams[j]
         weight_of_base[j] = yielding[0, j] / stiffness_of_beams[j]
 
 
@@ -128,6 +130,7 @@ def gather_springs():
         # A lane that has finished keeps its state.
         seeks[j] = wp.where(h[j] > dtype(0.0) or states_found == 0, 1, 0)
         seeking += seeks[j]
+        allowed_gap[j] = allowed_share[j] * largest_moment[j]
     for floor in range(N):
         for j in range(LANES):
             chord = terms[FIRST_OF_LINE + VALUES * floor + 3, j] * deformation[floor, j]
@@ -180,7 +183,7 @@ def solve_joint_springs():
             if joint == 0:
                 gap_now *= weight_of_base[j]
             largest_gap[j] = larger(largest_gap[j], wp.abs(gap_now))
-            slot("take_turn")
+            slot("store_turn")
 
 
 def add_chord_moments():
@@ -190,7 +193,7 @@ def add_chord_moments():
         moment_sum += chord_moment[joint, j]
 
 
-def take_turn():
+def store_turn():
     yielded_now = wp.where(back_limited == back, dtype(0.0), back_limited)
     if ONE_LANE:
         turn[joint, j] = turn_now
@@ -219,7 +222,7 @@ def relax_joint_springs():
                 gap = initial * wp.abs(turn_now - turn[joint, j]) / stiffness_of_beams[j]
                 joint_of_gap[j] = wp.where(gap > largest_gap[j], joint, joint_of_gap[j])
                 largest_gap[j] = larger(largest_gap[j], gap)
-                slot("take_turn")
+                slot("store_turn")
         slot("judge_gap")
         solution += 1
     for j in range(LANES):
@@ -232,6 +235,7 @@ def find_shears_of_columns():
         for j in range(LANES):
             of_turns = both_ends[floor, j] * (turn[floor, j] + turn[floor + 1, j])
             at_both_ends = dtype(2.0) * chord_moment[floor, j] - of_turns
+            largest_moment[j] = larger(largest_moment[j], wp.abs(at_both_ends))
             spring_force[floor, j] = terms[FIRST_OF_LINE + VALUES * floor + 3, j] * at_both_ends
     if KEEPS_HINGES:
         for joint in range(FIRST_JOINT, JOINTS):

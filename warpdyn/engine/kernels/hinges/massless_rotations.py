@@ -9,8 +9,7 @@ This file contains the loop. `column_line.py` (fish-bones) and `joint_frame.py` 
 bays) contain the moments and the linear system; `hinge_laws.py` contains the laws.
 """
 
-from warpdyn.engine.kernels.hinges.column_storeys import has_joint_springs
-from warpdyn.engine.kernels.plan import has_line
+from warpdyn.engine.kernels.hinges.column_storeys import seeks_hinges
 
 order = 5
 
@@ -20,7 +19,7 @@ TOLERANCE = {"float32": 5e-5, "float64": 1e-9}
 
 
 def wanted(plan):
-    return has_line(plan) and plan.frame_storeys is None and not has_joint_springs(plan)
+    return seeks_hinges(plan)
 
 
 def values_held(plan):
