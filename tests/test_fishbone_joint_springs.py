@@ -9,6 +9,7 @@ import pytest
 import warp as wp
 from frame_cases import fishbone
 from hinge_cases import A0
+from test_frame_storeys import PEAKS, largest_error
 
 import warpdyn as wd
 from warpdyn.campaigns.integration import model
@@ -23,7 +24,6 @@ pytestmark = pytest.mark.meant_as_given(
     "strongest_motion",
     "peak_ground_acceleration",
 )
-PEAKS = ("peak_output", "peak_spring_deformation", "peak_spring_force", "peak_acceleration")
 DEVICES = ["cpu", *(f"cuda:{number}" for number in range(min(1, wp.get_cuda_device_count())))]
 NEVER = 1e8  # N m, a yield moment that no hinge reaches
 
@@ -99,9 +99,8 @@ def test_springs_of_joints_equal_the_general_kernel(has_base_hinge, method, most
     yields = found["peak_spring_force"].values > 1.0001 * np.append([NEVER] * 4, found_yield_moments(structure))
     assert yields[-1].sum() >= 3  # hinges yield
     for name in PEAKS:
-        largest = np.abs(expected[name]).max(dim="sample")
         # Moments balance to 1e-9 of the largest one of columns in each step.
-        assert float((np.abs(found[name] - expected[name]) / largest).max()) < 1e-7, name
+        assert largest_error(expected, found, name) < 1e-7, name
 
 
 def test_a_hinge_that_never_yields_does_not_loosen_the_tolerance():
@@ -110,9 +109,8 @@ def test_a_hinge_that_never_yields_does_not_loosen_the_tolerance():
         wd.simulate(scene_of(bone(4, never=1e12, has_elastic_top=each)), **settings) for each in (False, True)
     )
     for name in PEAKS:
-        largest = np.abs(expected[name]).max(dim="sample")
         # float32: both kernels balance moments to 5e-5 of the largest one in each step.
-        assert float((np.abs(found[name] - expected[name]) / largest).max()) < 1e-4, name
+        assert largest_error(expected, found, name) < 1e-4, name
 
 
 @pytest.mark.parametrize(("storeys", "capacity"), [(1, 0.005), (2, 0.02)])
