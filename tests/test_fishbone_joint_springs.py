@@ -14,7 +14,7 @@ from test_frame_storeys import PEAKS, largest_error
 import warpdyn as wd
 from warpdyn.campaigns.integration import model
 from warpdyn.engine.kernels import build
-from warpdyn.engine.kernels.hinges import joint_springs
+from warpdyn.engine.kernels.bilinear_hinges import joint_springs
 from warpdyn.engine.kernels.hinges.column_storeys import has_joint_springs
 
 pytestmark = pytest.mark.meant_as_given(

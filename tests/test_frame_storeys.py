@@ -14,7 +14,7 @@ from warpdyn.campaigns.integration.model import dynamics_of
 from warpdyn.campaigns.integration.settings import is_grid
 from warpdyn.campaigns.live.accepted_scenes import check_method
 from warpdyn.engine.kernels import build
-from warpdyn.engine.kernels.grids.frame_storeys import frame_storeys
+from warpdyn.engine.kernels.hinges.frame_storeys import frame_storeys
 from warpdyn.engine.kernels.lumped.division import can_share_frame
 
 HEIGHT, SPAN = 3.5, 6.0  # m

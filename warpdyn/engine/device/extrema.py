@@ -50,3 +50,15 @@ def limited(x: wp.float32, limit: wp.float32) -> wp.float32: ...
 
 @wp.func_native(_LIMITED)
 def limited(x: wp.float64, limit: wp.float64) -> wp.float64: ...  # noqa: F811 (Warp's overload)
+
+
+# `x` if `sign` is positive, else `-x`.
+_FLIPPED = "__uint_as_float(__float_as_uint(x) ^ (__float_as_uint(sign) & 0x80000000u))"
+
+
+@wp.func_native(_on_either(_FLIPPED, "return __builtin_copysignf(1.0f, sign) * x;"))
+def times_sign_of(x: wp.float32, sign: wp.float32) -> wp.float32: ...
+
+
+@wp.func_native(_on_either("copysign(1.0, sign) * x", "return __builtin_copysign(1.0, sign) * x;"))
+def times_sign_of(x: wp.float64, sign: wp.float64) -> wp.float64: ...  # noqa: F811 (Warp's overload)

@@ -1,7 +1,7 @@
 """Native functions that Warp lacks, and compiler flags for CPU kernels.
 
-The functions return the larger of two absolute values, align variables to cache lines, and read values of other GPU
-threads that integrate the same sample.
+The functions return the larger of two absolute values, and align variables to cache lines. Those that read values of
+other GPU threads are in `warp_exchange.py`.
 """
 
 import functools
@@ -144,80 +144,3 @@ ELEMENT = {"float32": element_float32, "float64": element_float64}
 def on_gpu(cuda: str) -> str:
     """Return the C++ source of a function that runs these statements on a GPU and returns `value` on a CPU."""
     return f"#if defined(__CUDA_ARCH__)\n{cuda}\n#else\nreturn value;\n#endif\n"
-
-
-# Values of the other threads that share a sample: of the section below, of the section above (0 if there is no such
-# section), the maximum and the sum. All threads of a warp must call these functions.
-_BELOW = on_gpu("""
-value = __shfl_up_sync(0xffffffff, value, 1, threads);
-return section == 0 ? 0 : value;""")
-_ABOVE = on_gpu("""
-value = __shfl_down_sync(0xffffffff, value, 1, threads);
-return section == threads - 1 ? 0 : value;""")
-_ACROSS = on_gpu("""
-for (int distance = 1; distance < threads; distance *= 2)
-    value = fmax(value, __shfl_xor_sync(0xffffffff, value, distance));
-return value;""")
-_TOGETHER = on_gpu("""
-for (int distance = 1; distance < threads; distance *= 2)
-    value += __shfl_xor_sync(0xffffffff, value, distance);
-return value;""")
-
-
-@wp.func_native(_BELOW)
-def below_float32(value: wp.float32, section: wp.int32, threads: wp.int32) -> wp.float32: ...
-
-
-@wp.func_native(_ABOVE)
-def above_float32(value: wp.float32, section: wp.int32, threads: wp.int32) -> wp.float32: ...
-
-
-@wp.func_native(_ACROSS)
-def across_float32(value: wp.float32, threads: wp.int32) -> wp.float32: ...
-
-
-@wp.func_native(_TOGETHER)
-def together_float32(value: wp.float32, threads: wp.int32) -> wp.float32: ...
-
-
-@wp.func_native(_BELOW)
-def below_float64(value: wp.float64, section: wp.int32, threads: wp.int32) -> wp.float64: ...
-
-
-@wp.func_native(_ABOVE)
-def above_float64(value: wp.float64, section: wp.int32, threads: wp.int32) -> wp.float64: ...
-
-
-@wp.func_native(_ACROSS)
-def across_float64(value: wp.float64, threads: wp.int32) -> wp.float64: ...
-
-
-@wp.func_native(_TOGETHER)
-def together_float64(value: wp.float64, threads: wp.int32) -> wp.float64: ...
-
-
-@wp.func_native(
-    on_gpu("""
-for (int distance = 1; distance < 32; distance *= 2)
-    value = max(value, __shfl_xor_sync(0xffffffff, value, distance));
-return value;""")
-)
-def across_warp(value: wp.int32) -> wp.int32:
-    """Return the largest of the values that the 32 threads of a GPU warp pass to this function."""
-
-
-@wp.func_native("""
-#if defined(__CUDA_ARCH__)
-__syncwarp();
-#endif
-""")
-def see_neighbours():
-    """Wait until other threads of the GPU warp have written to memory, so that this thread can read their values."""
-
-
-# dtype -> functions that return the value of the section below, the value of the section above, the maximum over all
-# sections and the sum over all sections.
-NEIGHBOURS = {
-    "float32": (below_float32, above_float32, across_float32, together_float32),
-    "float64": (below_float64, above_float64, across_float64, together_float64),
-}

@@ -145,14 +145,19 @@ def _text(
 
 
 def kernel_of(
-    composed: Composed, options: Mapping[str, Any], threads_of_block: int | None = None, *, is_lean: bool = False
+    composed: Composed,
+    options: Mapping[str, Any],
+    known_block: int | tuple[int, int] | None = None,
+    *,
+    is_lean: bool = False,
 ) -> wp.Kernel:
     """Return the Warp kernel of a source text, in a Warp module with these options.
 
     Args:
         composed: The source text, and the objects to which its names refer.
         options: Options of the Warp module.
-        threads_of_block: Threads per block that the GPU's compiler may assume; None: no assumption.
+        known_block: Threads per block that the GPU's compiler may assume, or these and the number of blocks that run
+            at once on a multiprocessor; None: no assumption.
         is_lean: Whether a GPU thread processes one index of a launch, without Warp's loop over further indices.
     """
     digest = hashlib.sha256(composed.text.encode()).hexdigest()[:16]
@@ -168,7 +173,7 @@ def kernel_of(
         module="unique",
         enable_backward=False,
         module_options=dict(options),
-        launch_bounds=threads_of_block,
+        launch_bounds=known_block,
         grid_stride=False if is_lean else None,
     )
 

@@ -14,9 +14,9 @@ import warp as wp
 from warpdyn.engine.controllers.rules import ControlRules
 from warpdyn.engine.device.processor import FEWEST_LANES, module_options
 from warpdyn.engine.kernels.composing.user_recorders import Recorder, users_of_variables
-from warpdyn.engine.kernels.grids.frame_storeys import FrameStoreys, frame_storeys
 from warpdyn.engine.kernels.hinges.column_storeys import ColumnStoreys
 from warpdyn.engine.kernels.hinges.floor_matrices import FloorMatrices, floor_matrices
+from warpdyn.engine.kernels.hinges.frame_storeys import FrameStoreys, frame_storeys
 from warpdyn.engine.kernels.hinges.layout import JointFrame
 from warpdyn.engine.kernels.lumped.pattern import ColumnLine, Pattern
 from warpdyn.engine.kernels.lumped.storeys import Storeys, storeys_of
@@ -299,7 +299,8 @@ def settling_limit(plan: Plan) -> float:
 
 # Folder of a part -> category in `values_held`.
 HELD = {"loads": "state", "control": "structure", "dampings": "structure", "parts": "structure", "lumped": "structure"}
-HELD |= {"stepping": "method", "hinges": "method", "grids": "method", "recorders": "recorders"}
+HELD |= {"stepping": "method", "hinges": "method", "grids": "method", "bilinear_hinges": "method"}
+HELD |= {"recorders": "recorders"}
 
 
 def values_held(plan: Plan) -> dict[str, int]:

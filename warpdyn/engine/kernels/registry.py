@@ -19,7 +19,18 @@ from warpdyn.foundations.core.output_variables import Variable
 
 STRUCTS = ("Control", "Samples", "Structure", "Load", "Output", "History")  # arguments of a kernel
 TYPE = re.compile(r"(float|float64|int32|int8|uint64)(\[,*\])?")
-FOLDERS = ("dampings", "control", "loads", "parts", "lumped", "stepping", "hinges", "grids", "recorders")
+FOLDERS = (
+    "dampings",
+    "control",
+    "loads",
+    "parts",
+    "lumped",
+    "stepping",
+    "hinges",
+    "grids",
+    "bilinear_hinges",
+    "recorders",
+)
 
 
 def names_in(folder: str) -> list[str]:

@@ -12,12 +12,22 @@ solutions with PUSH of the initial stiffness of the hinges do, because they foll
 solutions take turns. If they do not end, the sample has no equilibrium: its status is not_converged.
 """
 
+from warpdyn.engine.kernels.hinges.frame_storeys import has_hinge_lines
+
 order = 5
 
 BORROWS = {
-    "joint_rotations": ("drift_then", "drift_wanted", "drift_now", "turn_then", "solution"),
+    "joint_rotations": ("drift_then", "drift_wanted"),
     "joint_matrix": ("solved", "is_open", "runs"),
-    "hinged_members": ("largest_moment", "first_of_frame"),
+    "storey_members": (
+        "largest_moment",
+        "drift_now",
+        "turn_then",
+        "solution",
+        "pace",
+        "failed_spring",
+        "first_of_frame",
+    ),
 }
 
 MOST_TURN = 0.02  # rad
@@ -29,11 +39,9 @@ PUSH = 0.6  # more than half, so that the moments of elastic hinges do not alter
 SHORTEST = 1 / 1024
 MOST_ROTATION = 1e30  # rad; a larger sum of changes, or NaN, ends the search: the sample diverges
 
-FIELDS = {"Output": {"spring_without_equilibrium": "int32[]"}}
-
 
 def wanted(plan):
-    return plan.frame_storeys is not None
+    return has_hinge_lines(plan)
 
 
 def values_held(plan):
@@ -58,7 +66,6 @@ def names(plan):
 
 
 def declare():
-    pace = indices()  # 1 while a lane seeks its rotations, else 0
     accepts = indices()  # whether the state of a lane is accepted
     returns = indices()  # whether a lane returns to its last accepted state
     solutions_tried = indices()
@@ -70,9 +77,6 @@ def declare():
     spring_of_gap = indices()
     largest_jump = row()  # largest change of a rotation
     turned_in_all = row()
-    # 1 + the hinge with the largest gap in the first state without equilibrium; the first hinge, if only the joints
-    # did not converge
-    failed_spring = indices()
     largest_then = row()  # the largest moment in the last accepted state
 
 
@@ -155,12 +159,3 @@ def set_increment():
             turn_reached = solved[joint + LINES, j]
             solved[joint + LINES, j] = updated(returns[j] > 0, turn_then[joint, j], turn_reached)
             turn_then[joint, j] = updated(accepts[j] > 0, turn_reached, turn_then[joint, j])
-
-
-def judge_state():
-    if failed_spring[j] > 0:
-        status = not_converged
-
-
-def write():
-    output.spring_without_equilibrium[o] = failed_spring[j] - 1

@@ -4,14 +4,15 @@ With the bending stiffness S of the half-beam, the rotation p of its joint and t
 at the joint is m = S (p + x) = -(K x + c). Therefore m = (S K p - S c) / (S + K), and x = m / S - p.
 """
 
-from warpdyn.engine.kernels.grids.hinged_members import first_value
+from warpdyn.engine.kernels.grids.storey_members import first_value
 from warpdyn.engine.kernels.hinges.layout import VALUES_OF_MEMBER
 
 order = 6
 
 BORROWS = {
     "joint_matrix": ("solved", "runs", "joint_stiffness", "joint_load"),
-    "hinged_members": ("largest_moment", "leaving", "grown", "is_idle"),
+    "storey_members": ("largest_moment", "grown", "is_idle"),
+    "hinged_members": ("leaving",),
     "hinge_lines": ("line_slope", "line_intercept", "least_rotation", "most_rotation"),
 }
 

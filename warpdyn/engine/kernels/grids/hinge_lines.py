@@ -9,19 +9,19 @@ accepted. Laws without a function for lines are evaluated in each solution.
 
 import numpy as np
 
+from warpdyn.engine.kernels.hinges.frame_storeys import has_hinge_lines
 from warpdyn.engine.laws.springs import spring_row
 
 order = 5
 
 BORROWS = {
-    "joint_rotations": ("factorises", "states_found"),
+    "joint_rotations": ("factorises",),
     "joint_matrix": ("runs",),
-    "hinged_members": ("largest_moment",),
+    "storey_members": ("largest_moment", "pace"),
     "drift_increments": (
         "present_share",
         "reached_share",
         "pushes",
-        "pace",
         "accepts",
         "returns",
         "differing",
@@ -39,7 +39,7 @@ BEYOND = 1e30  # a limit that no rotation reaches
 
 
 def wanted(plan):
-    return plan.frame_storeys is not None
+    return has_hinge_lines(plan)
 
 
 def values_held(plan):
@@ -50,12 +50,11 @@ def names(plan):
     import warp as wp
 
     from warpdyn.engine.device.extrema import clamped
-    from warpdyn.engine.kernels.grids.hinged_members import first_value
+    from warpdyn.engine.kernels.grids.storey_members import first_value
     from warpdyn.engine.kernels.plan import DTYPES
 
     dtype, line, law = DTYPES[plan.dtype], plan.line_of_thread, spring_row(plan.law)
     return {
-        "HINGES": line.hinges,
         "FIRST_STIFFNESS": first_value(plan) + line.values - line.hinges - plan.storeys_of_thread,
         "clamped": clamped,
         # Shows the compiler that an index is not negative; otherwise it tests this for each lane.

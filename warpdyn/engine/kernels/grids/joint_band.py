@@ -9,9 +9,8 @@ from warpdyn.engine.kernels.hinges.banded_rows import factor_of_row, reduction_o
 order = 6
 
 BORROWS = {
-    "hinged_members": ("tie",),
     "joint_matrix": ("solved", "joint_load", "joint_stiffness"),
-    "drift_increments": ("pace",),
+    "storey_members": ("tie", "pace"),
 }
 
 

@@ -3,8 +3,7 @@
 order = 5
 
 BORROWS = {
-    "joint_rotations": ("drift_now",),
-    "hinged_members": ("tie", "bias", "passed", "is_idle"),
+    "storey_members": ("tie", "bias", "passed", "is_idle", "drift_now"),
 }
 
 

@@ -9,8 +9,7 @@ order = 6
 
 BORROWS = {
     "joint_matrix": ("solved", "joint_load", "joint_stiffness"),
-    "hinged_members": ("tie",),
-    "drift_increments": ("pace",),
+    "storey_members": ("tie", "pace"),
     "shared_warp": ("section", "thread", "thread_above", "thread_below"),
 }
 

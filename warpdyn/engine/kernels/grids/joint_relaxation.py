@@ -9,10 +9,16 @@ MOST_MOVE times the tolerance if no hinge softens.
 order = 6
 
 BORROWS = {
-    "joint_rotations": ("open_threads", "turn_then", "states_found"),
     "joint_matrix": ("solved", "joint_load", "joint_stiffness", "is_open"),
-    "hinged_members": ("largest_moment", "tie", "first_of_frame"),
-    "drift_increments": ("pace",),
+    "storey_members": (
+        "largest_moment",
+        "tie",
+        "first_of_frame",
+        "open_threads",
+        "turn_then",
+        "states_found",
+        "pace",
+    ),
     "shared_warp": ("lowest", "thread_above", "thread_below"),
 }
 
@@ -57,17 +63,21 @@ def declare():
     change_then = floor_of_joints()  # changes of the rotations in the step before the last one
     allowed_move = row()  # change of a moment by the last sweep, relative to the largest moment
     share_of_move = row()
-    moved_moment = row()
+    moved_turn = row()
+    largest_move = row()  # largest change of a rotation by the last sweep
+    stiffest = row()  # largest stiffness of a joint
 
 
 def continue_turns():
     # Along a parabola through the last three states.
+    for j in range(LANES):
+        share_of_move[j] = wp.where(states_found > 2, dtype(pace[j]), dtype(0.0))
     for joint in range(JOINTS):
         for j in range(LANES):
             reached_turn = solved[joint + LINES, j]
             last_change = reached_turn - turn_then[joint, j]
-            continued = reached_turn + (dtype(2.0) * last_change - change_then[joint, j])
-            solved[joint + LINES, j] = wp.where(pace[j] > 0 and states_found > 2, continued, reached_turn)
+            continued = dtype(2.0) * last_change - change_then[joint, j]
+            solved[joint + LINES, j] = reached_turn + share_of_move[j] * continued
             change_then[joint, j] = last_change
             turn_then[joint, j] = reached_turn
 
@@ -75,14 +85,17 @@ def continue_turns():
 def factorise_joints():
     for j in range(LANES):
         allowed_move[j] = most_move
-        for place in range(MEMBER_ENDS):
-            if place % 3 != 1 and tie[place, j] < dtype(0.0):  # a hinge softens
-                allowed_move[j] = balance
+        if not YIELDING_MEMBERS:
+            for place in range(MEMBER_ENDS):
+                if place % 3 != 1 and tie[place, j] < dtype(0.0):  # a hinge softens
+                    allowed_move[j] = balance
+        stiffest[j] = joint_stiffness[0, j]
     for q in range(LINES):
         beam = 3 * (LINES + q) + 1
         for j in range(LANES):
             coupling_above[q, j] = from_thread(tie[3 * q + 1, j], thread_above)
             pivot = joint_stiffness[q, j]
+            stiffest[j] = larger(stiffest[j], pivot)
             if q > 0:
                 pivot -= eliminated[q - 1, j] * tie[beam - 3, j]
             inverse_pivot[q, j] = reciprocal(pivot)
@@ -104,13 +117,13 @@ def solve_joints():
         is_open[j] = pace[j]
     while open_threads > 0 and sweep < MOST_SWEEPS:
         for j in range(LANES):
-            moved_moment[j] = dtype(0.0)
+            largest_move[j] = dtype(0.0)
         for parity in range(2):
             slot("exchange_turns")
             for j in range(LANES):
                 # Samples that have finished do not move, so that their bits do not depend on other samples.
-                is_next = lowest % 2 == parity and is_open[j] > 0
-                share_of_move[j] = wp.where(is_next, of_sweep, dtype(0.0))
+                share_of_move[j] = wp.where(lowest % 2 == parity, dtype(is_open[j]) * of_sweep, dtype(0.0))
+                moved_turn[j] = dtype(0.0)
             for q in range(LINES):
                 for j in range(LANES):
                     load_left = joint_load[q, j] - tie[3 * q + 1, j] * solved[q, j]
@@ -125,21 +138,27 @@ def solve_joints():
                     if q < BEAMS:
                         solved_now -= eliminated[q, j] * floor_turn[q + 1, j]
                     floor_turn[q, j] = solved_now
-                    change = share_of_move[j] * (solved_now - solved[LINES + q, j])
-                    solved[LINES + q, j] += change
-                    moved_moment[j] = larger(moved_moment[j], wp.abs(change * joint_stiffness[q, j]))
+                    change = solved_now - solved[LINES + q, j]
+                    solved[LINES + q, j] += share_of_move[j] * change
+                    moved_turn[j] = larger(moved_turn[j], wp.abs(change))
+            for j in range(LANES):
+                largest_move[j] = larger(largest_move[j], share_of_move[j] * moved_turn[j])
         open_threads = int(0)
+        slot("judge_moves")
         for j in range(LANES):
-            still_moves = wp.where(moved_moment[j] <= allowed_move[j] * largest_moment[j], 0, is_open[j])
-            is_open[j] = any_of_frame(still_moves, first_of_frame, THREADS)
             open_threads += is_open[j]
         open_threads = any_in_warp(open_threads)
         sweep += 1
     slot("exchange_turns")
 
 
+def judge_moves():
+    for j in range(LANES):
+        allowed_turn = allowed_move[j] * largest_moment[j]
+        still_moves = wp.where(stiffest[j] * largest_move[j] <= allowed_turn, 0, is_open[j])
+        is_open[j] = any_of_frame(still_moves, first_of_frame, THREADS)
+
+
 def find_moments():
     # The largest moment may have grown since the last sweep.
-    for j in range(LANES):
-        still_moves = wp.where(moved_moment[j] <= allowed_move[j] * largest_moment[j], 0, is_open[j])
-        is_open[j] = any_of_frame(still_moves, first_of_frame, THREADS)
+    slot("judge_moves")

@@ -11,12 +11,24 @@ This file contains the loop. On a GPU each thread of a warp has the members of o
 floor above it (`shared_floors.py`); on a CPU a thread has all storeys.
 """
 
+from warpdyn.engine.kernels.hinges.frame_storeys import has_hinge_lines
+
 order = 5
 
 BORROWS = {
-    "hinged_members": ("largest_moment", "leaving"),
+    "storey_members": (
+        "largest_moment",
+        "drift_now",
+        "turn_then",
+        "pace",
+        "failed_spring",
+        "states_found",
+        "open_threads",
+        "solution",
+    ),
+    "hinged_members": ("leaving",),
     "joint_matrix": ("solved", "runs", "is_open"),
-    "drift_increments": ("pace", "failed_spring", "accepts", "returns", "present_share"),
+    "drift_increments": ("accepts", "returns", "present_share"),
 }
 # Of a step: enough for a few increments of the shortest length, which have up to 132 solutions each.
 MOST_SOLUTIONS = 1500
@@ -25,39 +37,29 @@ TOLERANCE = {"float32": 5e-5, "float64": 1e-9}
 
 
 def wanted(plan):
-    return plan.frame_storeys is not None
+    return has_hinge_lines(plan)
 
 
 def values_held(plan):
-    return 3 * plan.line_of_thread.free // plan.frame_storeys.lines + plan.line_of_thread.free + 3
+    return 2 * plan.line_of_thread.free // plan.frame_storeys.lines + 3
 
 
 def names(plan):
     import warp as wp
 
-    from warpdyn.engine.device.warp_exchange import any_in_warp, any_of_frame
     from warpdyn.engine.kernels.plan import DTYPES
 
     dtype = DTYPES[plan.dtype]
-    floors = plan.frame_storeys.count // plan.sections
     return {
         "balance": wp.constant(dtype(TOLERANCE[plan.dtype])),
         "MOST_SOLUTIONS": MOST_SOLUTIONS,
-        "storey_row": wp.types.matrix(shape=(floors, plan.lanes), dtype=dtype),
-        "any_in_warp": any_in_warp,
-        "any_of_frame": any_of_frame,
     }
 
 
 def declare():
     drift_then = storey_row()  # drifts of the thread's storeys in the last accepted state
     drift_wanted = storey_row()  # drifts in the present state
-    drift_now = storey_row()  # drifts of the present solution
-    turn_then = joint_rows()  # rotations of joints in the last accepted state
-    states_found = int(0)
     factorises = int(1)  # whether a line has changed
-    open_threads = int(0)
-    solution = int(0)  # number of the present solution in the step
 
 
 def gather_springs():
@@ -116,7 +118,3 @@ def guess_joints():
         for joint in range(JOINTS):
             for j in range(LANES):
                 turn_then[joint, j] = solved[joint + LINES, j]
-
-
-def restore():
-    f = spring_force[i, j]

@@ -8,7 +8,7 @@ from warpdyn.engine.kernels.hinges.floor_matrices import ABOVE, BELOW, OWN, row_
 order = 3  # deformations of storeys precede the search for rotations
 
 BORROWS = {
-    "hinged_members": ("is_idle", "first_of_frame", "next_storey"),
+    "storey_members": ("is_idle", "first_of_frame", "next_storey"),
     "shared_warp": ("section", "thread_below", "thread_above"),
 }
 

@@ -5,7 +5,7 @@ threads of the warp are idle: their state is always 0, as that of the ground bel
 storey above the last one. On a CPU a thread computes all storeys.
 """
 
-from warpdyn.engine.device.processor import across_warp
+from warpdyn.engine.device.warp_exchange import across_warp
 
 order = -20
 

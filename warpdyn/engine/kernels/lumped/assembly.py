@@ -40,7 +40,7 @@ def names(plan):
         + (pattern.values_of_energies if "energy" in plan.recorders else 0)
     )
     springs = plan.springs_of_thread if plan.frame_storeys else pattern.springs
-    if plan.frame_storeys:  # `hinged_members.py` reads the values of the members of a thread
+    if plan.frame_storeys:  # `storey_members.py` reads the values of the members of a thread
         held, count = pattern.first_of_line + plan.line_of_thread.values, pattern.first_of_line
     else:
         held = count

@@ -7,7 +7,7 @@ missing storey above the last one. A stage of the method needs two exchanges bet
 below the section, and the forces of the storey above it.
 """
 
-from warpdyn.engine.device.processor import across_warp
+from warpdyn.engine.device.warp_exchange import across_warp
 from warpdyn.engine.kernels.lumped.pattern import UNIT
 from warpdyn.engine.kernels.lumped.storeys import statements, transposed
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from warpdyn.engine.kernels.grids.frame_storeys import frame_storeys
+from warpdyn.engine.kernels.hinges.frame_storeys import frame_storeys
 from warpdyn.engine.kernels.hinges.layout import JointFrame
 from warpdyn.engine.kernels.loads import LOADS
 from warpdyn.engine.kernels.lumped.pattern import ColumnLine

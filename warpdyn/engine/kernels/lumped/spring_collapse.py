@@ -8,12 +8,12 @@ those of `parts/collapse.py`. Peaks of deformations count up to the instant of c
 state before it.
 """
 
-from warpdyn.engine.device.processor import across_warp
+from warpdyn.engine.device.warp_exchange import across_warp
 from warpdyn.engine.kernels.parts.collapse import share_beyond
 
 order = 10
 
-BORROWS = {"spring": ("peak_deformation",), "hinged_members": ("first_of_frame", "is_idle")}
+BORROWS = {"spring": ("peak_deformation",), "storey_members": ("first_of_frame", "is_idle")}
 FIELDS = {
     "Structure": {"inverse_drift_capacity": "float[,]"},  # of the springs, [spring, structure]; 0: no capacity
     "Output": {"time_of_collapse": "float[]", "spring_of_collapse": "int32[]", "storey_of_collapse": "int32[]"},

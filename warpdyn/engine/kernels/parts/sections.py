@@ -4,7 +4,7 @@ The floor below a section and the storey above it belong to other threads. If th
 the number of sections, the last sections contain additional storeys without mass (padding), which remain undeformed.
 """
 
-from warpdyn.engine.device.processor import across_warp
+from warpdyn.engine.device.warp_exchange import across_warp
 
 order = -10
 
@@ -16,7 +16,7 @@ def wanted(plan):
 
 
 def names(plan):
-    from warpdyn.engine.device.processor import NEIGHBOURS
+    from warpdyn.engine.device.warp_exchange import NEIGHBOURS
 
     below, above_of, across, together = NEIGHBOURS[plan.dtype]
     functions = {"below": below, "above_of": above_of, "across": across, "together": together}

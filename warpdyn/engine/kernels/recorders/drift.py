@@ -13,7 +13,7 @@ OF_STOREYS = {
     ),
 }
 VARIABLES = {"chain": OF_STOREYS, "lumped": OF_STOREYS}
-BORROWS = {"spring": ("peak_deformation",), "hinged_members": ("first_of_frame", "next_storey")}
+BORROWS = {"spring": ("peak_deformation",), "storey_members": ("first_of_frame", "next_storey")}
 
 
 def wanted(plan):

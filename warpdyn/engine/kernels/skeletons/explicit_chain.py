@@ -9,7 +9,8 @@ method, the load and the recorders.
 
 from __future__ import annotations
 
-from warpdyn.engine.device.processor import align_rows, see_neighbours
+from warpdyn.engine.device.processor import align_rows
+from warpdyn.engine.device.warp_exchange import see_neighbours
 from warpdyn.engine.kernels.plan import Plan, holds_step, keeps_drifts, tableau
 from warpdyn.engine.laws.springs import spring_row
 

@@ -76,14 +76,17 @@ def declare():
     yielding = joint_rows()  # stiffness
     yield_rotation = joint_rows()
     plastic = joint_rows()  # plastic rotation of the accepted state
-    # 0: the spring is elastic; otherwise plus or minus its yield rotation, with the opposite sign of its moment
-    yielded = joint_rows()
+    # The branch of a spring: moment = hardening x turn + yielding x (elastic_share x turn - offset). The elastic share
+    # is 1 or, if the spring yields, 0. The offset is then its yield rotation, with the opposite sign of its moment.
+    elastic_share = joint_rows()
+    offset = joint_rows()
     turn = joint_rows()
     reduced = joint_rows()
     inverse_pivot = joint_rows()
-    both_ends = matrix()  # stiffness of a column if both ends rotate
+    half_of_ends = matrix()  # half of the stiffness of a column if both ends rotate
+    twice_chord = matrix()  # twice the rotation of a column's chord per drift
     chord_moment = matrix()  # at both ends of a column whose joints do not rotate
-    largest_moment = row()  # of both ends of a column together, so far
+    largest_moment = row()  # mean moment at the ends of a column, so far
     allowed_share = row()  # of this moment: the allowed gap
     allowed_gap = row()
     largest_gap = row()  # change of a moment by the last solution, divided by the largest stiffness of half-beams
@@ -97,7 +100,8 @@ def declare():
 
 def read_storey():
     column = FIRST_OF_LINE + VALUES * i
-    both_ends[i, j] = terms[column, j] + terms[column + 1, j]
+    half_of_ends[i, j] = dtype(0.5) * (terms[column, j] + terms[column + 1, j])
+    twice_chord[i, j] = dtype(2.0) * terms[column + 3, j]
     stiffness_of_joint[i, j] += terms[column, j]
     stiffness_of_joint[i + 1, j] += terms[column, j]
 
@@ -116,11 +120,12 @@ def read_spring_row():
             initial = half_beam * initial / (half_beam + initial)
         yielding[joint, j] = initial - hardening[joint, j]
         yield_rotation[joint, j] = yield_moment / initial
+        elastic_share[joint, j] = dtype(1.0)
         stiffness_of_joint[joint, j] += hardening[joint, j]
         if joint > 0:
             stiffness_of_beams[j] = larger(stiffness_of_beams[j], yielding[joint, j])
         # Right only after the last spring, because the largest stiffness is then known.
-        allowed_share[j] = dtype(0.5) * balance / stiffness_of_beams[j]
+        allowed_share[j] = balance / stiffness_of_beams[j]
         weight_of_base[j] = yielding[0, j] / stiffness_of_beams[j]
 
 
@@ -133,8 +138,7 @@ def gather_springs():
         allowed_gap[j] = allowed_share[j] * largest_moment[j]
     for floor in range(N):
         for j in range(LANES):
-            chord = terms[FIRST_OF_LINE + VALUES * floor + 3, j] * deformation[floor, j]
-            chord_moment[floor, j] = both_ends[floor, j] * chord
+            chord_moment[floor, j] = half_of_ends[floor, j] * (twice_chord[floor, j] * deformation[floor, j])
     solution = int(0)
     while seeking > 0 and solution < MOST_SOLUTIONS:
         slot("solve_joint_springs")
@@ -156,9 +160,8 @@ def judge_gap():
 def solve_joint_springs():
     for joint in range(FIRST_JOINT, JOINTS):
         for j in range(LANES):
-            is_elastic = yielded[joint, j] == dtype(0.0)
-            pivot = stiffness_of_joint[joint, j] + wp.where(is_elastic, yielding[joint, j], dtype(0.0))
-            moment_sum = yielding[joint, j] * wp.where(is_elastic, plastic[joint, j], yielded[joint, j])
+            pivot = stiffness_of_joint[joint, j] + elastic_share[joint, j] * yielding[joint, j]
+            moment_sum = yielding[joint, j] * offset[joint, j]
             slot("add_chord_moments")
             if joint > FIRST_JOINT:
                 between = terms[FIRST_OF_LINE + VALUES * (joint - 1) + 1, j]
@@ -178,8 +181,7 @@ def solve_joint_springs():
             turn_now = moment_left * inverse_pivot[joint, j]
             back = plastic[joint, j] - turn_now
             back_limited = limited(back, yield_rotation[joint, j])
-            used = wp.where(yielded[joint, j] == dtype(0.0), back, yielded[joint, j])
-            gap_now = back_limited - used
+            gap_now = back_limited - (offset[joint, j] - elastic_share[joint, j] * turn_now)
             if joint == 0:
                 gap_now *= weight_of_base[j]
             largest_gap[j] = larger(largest_gap[j], wp.abs(gap_now))
@@ -194,13 +196,17 @@ def add_chord_moments():
 
 
 def store_turn():
-    yielded_now = wp.where(back_limited == back, dtype(0.0), back_limited)
+    is_elastic = back_limited == back
+    share_now = wp.where(is_elastic, dtype(1.0), dtype(0.0))
+    offset_now = wp.where(is_elastic, plastic[joint, j], back_limited)
     if ONE_LANE:
         turn[joint, j] = turn_now
-        yielded[joint, j] = yielded_now
+        elastic_share[joint, j] = share_now
+        offset[joint, j] = offset_now
     else:
         turn[joint, j] = updated(seeks[j] > 0, turn_now, turn[joint, j])
-        yielded[joint, j] = updated(seeks[j] > 0, yielded_now, yielded[joint, j])
+        elastic_share[joint, j] = updated(seeks[j] > 0, share_now, elastic_share[joint, j])
+        offset[joint, j] = updated(seeks[j] > 0, offset_now, offset[joint, j])
 
 
 def relax_joint_springs():
@@ -233,16 +239,14 @@ def relax_joint_springs():
 def find_shears_of_columns():
     for floor in range(N):
         for j in range(LANES):
-            of_turns = both_ends[floor, j] * (turn[floor, j] + turn[floor + 1, j])
-            at_both_ends = dtype(2.0) * chord_moment[floor, j] - of_turns
-            largest_moment[j] = larger(largest_moment[j], wp.abs(at_both_ends))
-            spring_force[floor, j] = terms[FIRST_OF_LINE + VALUES * floor + 3, j] * at_both_ends
+            mean_moment = chord_moment[floor, j] - half_of_ends[floor, j] * (turn[floor, j] + turn[floor + 1, j])
+            largest_moment[j] = larger(largest_moment[j], wp.abs(mean_moment))
+            spring_force[floor, j] = twice_chord[floor, j] * mean_moment
     if KEEPS_HINGES:
         for joint in range(FIRST_JOINT, JOINTS):
             hinge = hinge_of_joint(joint)
             for j in range(LANES):
-                is_elastic = yielded[joint, j] == dtype(0.0)
-                elastic_part = wp.where(is_elastic, turn[joint, j] - plastic[joint, j], -yielded[joint, j])
+                elastic_part = elastic_share[joint, j] * turn[joint, j] - offset[joint, j]
                 moment_of_joint = hardening[joint, j] * turn[joint, j] + yielding[joint, j] * elastic_part
                 if joint > 0:  # the rotations of the hinge and of the half-beam add up to that of the joint
                     rotation_of_beam = moment_of_joint / terms[FIRST_OF_LINE + VALUES * (joint - 1) + 2, j]
@@ -256,8 +260,8 @@ def find_shears_of_columns():
 def end_step():
     for joint in range(FIRST_JOINT, JOINTS):
         for j in range(LANES):
-            yields = yielded[joint, j] != dtype(0.0)
-            plastic[joint, j] = updated(yields, turn[joint, j] + yielded[joint, j], plastic[joint, j])
+            yields = elastic_share[joint, j] == dtype(0.0)
+            plastic[joint, j] = updated(yields, turn[joint, j] + offset[joint, j], plastic[joint, j])
 
 
 def restore():

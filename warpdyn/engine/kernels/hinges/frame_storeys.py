@@ -6,10 +6,14 @@ import functools
 from collections.abc import Iterable
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import TYPE_CHECKING
 
 from warpdyn.engine.kernels.hinges.column_storeys import ColumnStoreys, column_storeys
 from warpdyn.engine.kernels.hinges.layout import VALUES_OF_MEMBER, JointFrame, starts_of
 from warpdyn.engine.kernels.lumped.pattern import ColumnLine
+
+if TYPE_CHECKING:
+    from warpdyn.engine.kernels.plan import Plan
 
 
 @dataclass(frozen=True)
@@ -106,6 +110,25 @@ class FrameStoreys:
     def _floors_of(self, thread: int, threads: int) -> tuple[tuple[tuple[int, bool], ...], ...]:
         own = self.count // threads
         return self.members[thread * own : (thread + 1) * own]
+
+
+MOST_BITS = 31  # of the integers in which threads keep the branches of their hinges
+
+
+def has_yielding_members(plan: Plan) -> bool:
+    """Return whether a GPU finds the branches of bilinear hinges in each solution (see `yielding_members.py`).
+
+    This needs several column lines, and a thread for each storey.
+    """
+    storeys = plan.frame_storeys
+    if storeys is None or storeys.lines == 1 or plan.sections == 1 or str(plan.law) != "bilinear":
+        return False
+    return plan.line_of_thread.hinges <= MOST_BITS
+
+
+def has_hinge_lines(plan: Plan) -> bool:
+    """Return whether the kernel of grids keeps a line of its law for each hinge (see `hinge_lines.py`)."""
+    return plan.frame_storeys is not None and not has_yielding_members(plan)
 
 
 @functools.cache

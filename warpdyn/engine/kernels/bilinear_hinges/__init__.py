@@ -1,0 +1,1 @@
+"""Parts of kernels for frames and fish-bones with bilinear hinges, whose branches are found in each solution."""
