@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from warpdyn.foundations.core.plausibility import PlausibilityFindings
+from warpdyn.foundations.core.plausibility.check import LIGHTEST_PENTHOUSE
 from warpdyn.foundations.core.units import STANDARD_GRAVITY
 
 if TYPE_CHECKING:
@@ -156,6 +157,8 @@ def _add_masses(findings: PlausibilityFindings, frame: Frame) -> None:
     heavy = [(floor, mass) for floor, mass in of_floors.items() if mass > 0]
     pairs = list(pairwise(heavy))
     ratios = [max(lower[1] / upper[1], upper[1] / lower[1]) for lower, upper in pairs]
+    if pairs and pairs[-1][1][1] < pairs[-1][0][1] and ratios[-1] < LIGHTEST_PENTHOUSE:
+        ratios[-1] = np.nan
     places = [f" ({lower[0]!r}: {lower[1]:.6g} kg, {upper[0]!r}: {upper[1]:.6g} kg)" for lower, upper in pairs]
     findings.add_each("frame_mass_of_neighbours", ratios, places.__getitem__)
 
