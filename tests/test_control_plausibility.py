@@ -219,7 +219,7 @@ SLOW = wd.ShearBuilding(1e5, 1e5, 3.0, **DAMPED)  # 6.3 s
         (0.1, 5.0, None),
         (0.9, 5.0, None),
         (2.0, 5.0, "delay of the control is 2 s .usual: at most 1 s.: if given in ms, it would be 0.002 s"),
-        (0.9, 0.8, "delay of the control, at the end of which the run of 0.8 s is over, is 0.9 s .*: if given in ms"),
+        (0.9, 0.8, "delay of the control, at least as long as the run of 0.8 s, is 0.9 s .*: if given in ms"),
     ],
 )
 def test_a_delay_longer_than_a_second_or_the_run_is_warned_of(delay, duration, message, recwarn):

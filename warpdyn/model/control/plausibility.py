@@ -85,7 +85,7 @@ def add_delay(findings: PlausibilityFindings, delay: float, period: float, durat
     if 0 < period < delay:
         findings.add("control_delay_over_period", delay / period, f" of {period:.3g} s")
     elif duration is not None and delay >= duration:
-        where = f", at the end of which the run of {duration:.3g} s is over,"
+        where = f", at least as long as the run of {duration:.3g} s,"
         findings.add("control_delay", delay, where, high=duration / 2)
     else:
         findings.add("control_delay", delay)

@@ -32,7 +32,7 @@ NEAR_WEIGHT = {"complete": (0.7, 1.4), "long_period": (0.85, 1.2)}
 # First periods of frames are 1 to 2.7 times 0.0724 s (height / m)**0.8 (ASCE 7, steel moment frames). If masses are
 # given as weights, periods are 9.81**0.5 = 3.1 times as long.
 CODE_PERIOD, CODE_EXPONENT, LONGEST_PERIOD = 0.0724, 0.8, 4.0
-MOST_CARRIED = 0.7  # share of the weight of the masses that joints and beams carry beside leaning columns
+MOST_CARRIED = 0.7  # share of the weight of the masses that joints and beams carry in frames with leaning columns
 SMALL_MOTION = 5e-6  # displacement over the size of the frame; loads are compared with masses if it is smaller
 FEWEST_LOADS = 3  # loads whose median is compared with each of them
 

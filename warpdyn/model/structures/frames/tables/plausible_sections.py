@@ -58,7 +58,7 @@ def _add_radii(findings: PlausibilityFindings, frame: Frame, radii: np.ndarray) 
         radii: Radii of gyration of its sections, 0 for those of trusses [m].
 
     Returns:
-        Radii of gyration, NaN for sections of which `findings` has a sentence.
+        Radii of gyration, NaN for sections that `findings` already names.
     """
     names = list(frame.sections)
     floor_of = {node: floor for floor, nodes in frame.diaphragms.items() for node in nodes}
