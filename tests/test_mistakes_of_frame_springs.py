@@ -70,6 +70,20 @@ def test_second_moments_that_are_meant_are_not_warned_of():
     wd.Frame(**arguments)
 
 
+@pytest.mark.parametrize("make", [portal, two_storey, four_storey, eight_storey])
+@pytest.mark.parametrize("factor", [10.0, 100.0, 300.0, 1e3, 1e4])
+def test_rigid_beams_are_not_warned_of(make, factor):
+    arguments = make().description()
+    beams = [name for name in arguments["sections"] if name[0] == "B"]
+    for names in (beams[:1], beams):
+        changed = {name: dict(row) for name, row in arguments["sections"].items()}
+        members = {name: dict(row) for name, row in arguments["members"].items()}
+        for name in names:
+            changed[name]["second_moment"] *= factor
+            members[name] |= {end: factor * members[name][end] for end in ("spring_start", "spring_end")}
+        wd.Frame(**arguments | {"sections": changed, "members": members})
+
+
 @pytest.mark.parametrize("make", [model for model in REFERENCE_MODELS.values() if model.__name__ != "braced"])
 @pytest.mark.parametrize("factor", [1e-3, 1e-6])
 def test_springs_of_all_ends_in_kilonewton_metres_are_warned_of(make, factor):

@@ -33,6 +33,7 @@ NEAR_WEIGHT = {"complete": (0.7, 1.4), "long_period": (0.85, 1.2)}
 # given as weights, periods are 9.81**0.5 = 3.1 times as long.
 CODE_PERIOD, CODE_EXPONENT, LONGEST_PERIOD = 0.0724, 0.8, 4.0
 MOST_CARRIED = 0.7  # share of the weight of the masses that joints and beams carry in frames with leaning columns
+MOST_ON_LEANING = 3.0  # gravity loads of leaning columns over the weight of the masses
 SMALL_MOTION = 5e-6  # displacement over the size of the frame; loads are compared with masses if it is smaller
 FEWEST_LOADS = 3  # loads whose median is compared with each of them
 
@@ -116,7 +117,8 @@ def _add_leaning(findings: PlausibilityFindings, on_leaning: float, others: floa
         return
     if others < MOST_CARRIED * weight:
         findings.add("leaning_gravity_load", on_leaning / (weight - others))
-    findings.add("gravity_over_leaning", others / on_leaning)
+    if on_leaning < MOST_ON_LEANING * weight:
+        findings.add("gravity_over_leaning", others / on_leaning)
 
 
 def _are_powers_of_ten(values: np.ndarray) -> bool:

@@ -23,6 +23,7 @@ AREA_UNITS = (1e-4, 1e-6)  # cm2 and mm2 in m2
 MOST_CORRECTED_AREA = 5.0  # of an area in m2 over those of other sections, or their ratio to it
 FEWEST_OTHERS = 2  # sections with whose median another one is compared
 SIMILAR_AREA = 3.0  # largest ratio of areas of sections whose second moments are compared
+APART = 5.0  # least ratio to the second_moment / area**2 of every other section
 STEEL_SHAPE = 6.0  # second_moment / area**2 of deep steel sections, which have 2 to 9
 STEEL_MODULUS = (1.9e11, 2.2e11)  # Pa
 # Largest area over second_moment**0.5 of sections whose area is real: flat bars of 20:1 have 20.
@@ -103,16 +104,18 @@ def _add_second_moments(findings: PlausibilityFindings, frame: Frame, radii: np.
     area, inertia = (np.array([row[key] for row in frame.sections.values()]) for key in ("area", "second_moment"))
     compared = np.isin(names, of_beams) & (inertia > 0)
     shape = np.where(compared, inertia / area**2, np.nan)
-    is_usual = compared & (radii >= USUAL_RADII[0]) & (radii <= USUAL_RADII[1])
+    is_round = np.log10(np.where(inertia > 0, inertia, 1.0)) % 1 == 0
+    is_usual = compared & ~is_round & (radii >= USUAL_RADII[0]) & (radii <= USUAL_RADII[1])
     upright, joined = _upright_and_joined(frame)
     for place in np.flatnonzero(compared):
         name, others = names[place], np.flatnonzero(is_usual & (np.arange(len(names)) != place))
-        if np.log10(inertia[place]) % 1 == 0 or np.isnan(radii[place]):
+        if is_round[place] or np.isnan(radii[place]):
             continue
         if others.size >= FEWEST_OTHERS:
-            median, of = float(np.median(shape[others])), "the median of others"
+            median, of = float(np.exp(np.median(np.log(shape[others])))), "the median of others"
             similar = area[place] / np.median(area[others])
             is_known = 1 / SIMILAR_AREA <= similar <= SIMILAR_AREA
+            is_known &= not shape[others].min() / APART < shape[place] < shape[others].max() * APART
         else:
             median, of = STEEL_SHAPE, "that of deep steel sections"
             is_known = shape[place] > STEEL_SHAPE  # concrete and timber have 0.1
