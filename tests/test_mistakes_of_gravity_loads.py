@@ -47,7 +47,7 @@ def perimeter(mass: float, share: float) -> wd.Frame:
 
 
 def test_masses_as_weights_are_found_without_a_leaning_column_by_the_period():
-    for share in (0.08, 0.11, 0.13, 0.9, 1.3):  # loads over masses of 0.8 to 13 m/s2, and a period of 1.3 s
+    for share in (0.08, 0.1, 0.11, 0.13, 0.9, 1.3):  # loads over masses of 0.8 to 13 m/s2, and a period of 1.3 s
         perimeter(1.0, share)
     with pytest.warns(UserWarning, match="gravity loads of the frame over its masses is 0.9 m/s2 .*masses as weights"):
         perimeter(9.80665, 0.9)

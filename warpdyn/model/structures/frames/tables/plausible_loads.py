@@ -18,10 +18,9 @@ if TYPE_CHECKING:
 
 # Gravity loads over masses [m/s2] if both are in kg or both are weights, and if loads are multiplied by g twice, with
 # the largest relative difference from each ratio. Users take g as 9.81 or 10 m/s2, also one value for masses and the
-# other for loads. Near 1 this difference is small: frames with 10 % of the loads of their masses have such ratios.
+# other for loads. Near 1 this difference is small: frames with 10 % of the loads of their masses have a ratio of 0.981.
 SUSPECTS = {
-    1.0: 0.015,
-    STANDARD_GRAVITY / 10: 0.003,
+    1.0: 0.01,
     10 / STANDARD_GRAVITY: 0.003,
     STANDARD_GRAVITY**2: 0.015,
     10 * STANDARD_GRAVITY: 0.015,
