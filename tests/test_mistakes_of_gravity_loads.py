@@ -114,6 +114,24 @@ def test_a_load_per_length_in_kilonewtons_is_warned_of():
         with_loads_of_beams(25.0, masses=False)
 
 
+def with_loads_of_nodes(load: float, scale: float = 1.0) -> wd.Frame:
+    """Return the portal without masses, with equal loads at its joints; its lengths are multiplied by a factor."""
+    arguments = portal().description() | {"masses": {}}
+    for name, row in arguments["nodes"].items():
+        row |= {"gravity_load": load if name in ("J1_1", "J1_2") else 0.0, "x": scale * row["x"], "y": scale * row["y"]}
+    return wd.Frame(**arguments)
+
+
+def test_loads_of_nodes_in_kilonewtons_are_warned_of_without_masses():
+    for load in (25e3, 1.0, 10.0):
+        with_loads_of_nodes(load)
+    with_loads_of_nodes(25.0, scale=0.1)  # a model in a laboratory
+    with pytest.warns(
+        UserWarning, match="largest gravity_load of a node is 25 N .*: if given in kN, it would be 2.5e.04"
+    ):
+        with_loads_of_nodes(25.0)
+
+
 def test_static_loads_in_kilonewtons_are_warned_of(recwarn):
     frame = portal()
     for loads in ({"floor 1": {"fx": 25e3}}, {"J1_1": {"fy": -5e3}}, {"floor 1": {"fx": 1.0}}, {"J1_1": {"mz": 10.0}}):

@@ -36,6 +36,12 @@ CHECKS_OF_SPRINGS_AND_LOADS: Mapping[str, Check] = {
         given_in({"kN/m": 1e3, "t/m": 9806.65}),
         typical=2e4,
     ),
+    # Only frames without masses are checked. The joints of a light roof carry 1 kN.
+    "node_gravity_load": Check(
+        *("largest gravity_load of a node", "N", 100.0, math.inf),
+        given_in({"kN": 1e3, "tonnes": 9806.65}),
+        typical=3e4,
+    ),
     # Semi-rigid connections and hinges have 0.1 or more; nominally pinned ones, which have less, are not checked if
     # other ends are stiffer. There is no upper bound, because stiff springs are rigid on purpose.
     "end_spring": Check(

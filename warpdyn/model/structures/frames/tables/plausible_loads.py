@@ -34,6 +34,7 @@ CODE_PERIOD, CODE_EXPONENT, LONGEST_PERIOD = 0.0724, 0.8, 4.0
 MOST_CARRIED = 0.7  # share of the weight of the masses that joints and beams carry in frames with leaning columns
 MOST_ON_LEANING = 3.0  # gravity loads of leaning columns over the weight of the masses
 SMALL_MOTION = 5e-6  # displacement over the size of the frame; loads are compared with masses if it is smaller
+LARGEST_MODEL = 2.0  # m; smaller frames are models, whose loads are small
 FEWEST_LOADS = 3  # loads whose median is compared with each of them
 
 
@@ -51,6 +52,10 @@ def add_loads(findings: PlausibilityFindings, frame: Frame) -> None:
         _add_weights(findings, frame, loads / mass, is_complete=on_leaning > loads / 2)
         if not is_other:
             _add_leaning(findings, on_leaning, loads - on_leaning, mass * STANDARD_GRAVITY)
+    at_nodes = np.abs([load for load in nodal.values() if load])
+    is_model = np.ptp(frame.coordinates, axis=0).max() < LARGEST_MODEL
+    if not mass and at_nodes.size and not is_model and not _are_powers_of_ten(at_nodes):
+        findings.add("node_gravity_load", float(at_nodes.max()))
     given = np.abs([load for load in per_length if load])
     if given.size and not _are_powers_of_ten(given):
         findings.add("member_gravity_load", float(np.median(given)))
