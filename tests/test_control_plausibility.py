@@ -210,6 +210,51 @@ def test_a_delay_in_milliseconds_is_warned_of():
         delayed(10.0)
 
 
+SLOW = wd.ShearBuilding(1e5, 1e5, 3.0, **DAMPED)  # 6.3 s
+
+
+@pytest.mark.parametrize(
+    ("delay", "duration", "message"),
+    [
+        (0.1, 5.0, None),
+        (0.9, 5.0, None),
+        (2.0, 5.0, "delay of the control is 2 s .usual: at most 1 s.: if given in ms, it would be 0.002 s"),
+        (0.9, 0.8, "delay of the control, at least as long as the run of 0.8 s, is 0.9 s .*: if given in ms"),
+    ],
+)
+def test_a_delay_longer_than_a_second_or_the_run_is_warned_of(delay, duration, message, recwarn):
+    motion = wd.GroundMotion(3.0 * np.sin(np.arange(int(duration / 0.01) + 1) / 10), 0.01)
+    regulator = control.Regulator(np.zeros((1, 2)))
+    loop = control.Control([control.Actuator(1)], sampling_interval=0.01, delay=delay, regulator=regulator)
+    given = wd.Scene(SLOW, motion, control=loop, tail=0.0)
+    if message is None:
+        warn_of_implausible(given)
+        assert not recwarn.list
+        return
+    with pytest.warns(UserWarning, match=message) as caught:
+        warn_of_implausible(given)
+    assert len(caught) == 1
+
+
+@pytest.mark.parametrize(
+    ("delay", "interval", "message"),
+    [
+        (20.0, 0.01, "delay=20 s is 2000 sampling intervals, .*: if 20 is in ms, give delay=0.02$"),
+        (25.0, 0.01, "delay=25 s is 2500 sampling intervals, .*: if 25 is in ms, give delay=0.03$"),
+        (20.0, 0.03, "delay=20 s is not a multiple of .* in seconds: if 20 is in ms, give delay=0.03$"),
+        (0.015, 0.01, "give delay=0.02, or a shorter sampling_interval$"),
+    ],
+)
+def test_a_delay_that_may_be_in_milliseconds_is_refused_with_its_unit(delay, interval, message):
+    with pytest.raises(ValueError, match=message):
+        control.Control(
+            [control.Actuator(1)],
+            controller=control.SkyhookDamper(coefficient=1e5),
+            sampling_interval=interval,
+            delay=delay,
+        )
+
+
 @pytest.mark.parametrize("make", [control.OnOffSkyhook, control.ContinuousSkyhook])
 def test_a_controller_whose_high_coefficient_is_in_another_unit_is_warned_of(make, recwarn):
     damper = control.VariableDamper(1, high=CRITICAL)

@@ -123,6 +123,8 @@ MEANT = {
     "a pulse": lambda: run(None, wd.GroundMotion(2 * np.sin(np.linspace(0, np.pi, 100)), 0.01)),
     "white noise": lambda: run(None, wd.GroundMotion(np.random.default_rng(1).normal(size=500), 0.01)),
     "a light roof": lambda: run(building(mass=[2e5, 2e5, 2e4])),
+    "a penthouse": lambda: run(elastic(**TALL | {"mass": [2e5] * 9 + [2e5 / 60], "stiffness": [3e8] * 9 + [5e6]})),
+    "a penthouse on a building that yields": lambda: run(building(mass=[2e5, 2e5, 2e5 / 60])),
     "a shaker": lambda: run(elastic(), wd.HarmonicForce([0.0, 1e4], 6.0, 5.0)),
     "undamped free vibration": lambda: run(wd.ShearBuilding(2e5, 2e8, 3.2), wd.FreeVibration(2.0, velocity=0.1)),
     "scatter": lambda: run(scatter={"mass": factor(1.0, 0.4), "damping_ratio": wd.RandomValue(wd.Uniform(0.02, 0.08))}),

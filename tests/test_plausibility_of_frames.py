@@ -28,6 +28,9 @@ def with_masses(masses: list[float]) -> wd.Frame:
             r"of a floor over that of a neighbouring one \('floor 2': 321573 kg, 'floor 3': 321.573 kg\) is 1000 .*"
             "with one given in tonnes, it would be 1,",
         ),
+        # A weight of 3,154 kN, as 1 kN is 102 kg.
+        ([322917.0, 321573.0, 321573.0, 3154.0], r"'floor 4': 3154 kg\) is 101.* with one given in kN of weight"),
+        ([322917.0, 321573.0, 321573.0 / 60, 303646.0], r"'floor 2': 321573 kg, 'floor 3': 5359.55 kg\) is 60 "),
         ([322917.0, 321573.0, 0.0, 303646.0], "mass of floor 'floor 3' is 0 kg .*give the mass, or remove the entry"),
     ],
 )
@@ -40,6 +43,7 @@ def test_one_wrong_mass_is_named(masses, meant):
 
 def test_light_floors_and_nodes_along_members_are_not_warned_of():
     with_masses([322917.0, 321573.0, 321573.0, 32e3])  # a light roof
+    with_masses([322917.0, 321573.0, 321573.0, 321573.0 / 60])  # a penthouse
     nodes = {"A": (0.0, 0.0), "M": {"x": 0.0, "y": 5.0, "mass": 500.0}, "B": {"x": 0.0, "y": 10.0, "mass": 5e5}}
     pier = {"elastic_modulus": 3e10, "area": 2.0, "second_moment": 0.3}
     wd.Frame(nodes, {"low": ("A", "M", "p"), "high": ("M", "B", "p")}, {"p": pier}, supports={"A": "fixed"})

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import math
+import re
+
 import pytest
-from frame_cases import portal
+from frame_cases import braced, portal
 
 import warpdyn as wd
 
@@ -91,6 +94,51 @@ def test_rotations_in_another_unit_are_warned_of(more, meant):
 def test_a_moment_in_newton_millimetres_is_refused_with_its_unit(spring, more, meant):
     with pytest.raises(ValueError, match=f"'B1_1 start': .*{meant}"):
         with_hinge(spring, **more)
+
+
+MISSING = object()
+
+
+@pytest.mark.parametrize(
+    ("more", "message"),
+    [
+        ({"yield_force": MISSING}, r"yield_force \(yield moment \[N m\]\) is missing"),
+        ({"post_capping_drift": MISSING}, r"\(rotation from the capping point to zero moment \[rad\]\) is missing"),
+        ({"ultimate_drift": 1e-6}, r"above the yield rotation of 0.00078\d+ rad$"),  # 4e5 / 5.1e8
+        (
+            {"ultimate_drift_negative": 1e-6},
+            r"ultimate_drift_negative is 1e-06.* the yield rotation of 0.00078\d+ rad$",
+        ),
+        ({"residual_force_ratio": 20.0}, "residual_force_ratio is 20; it must be .* below 1; 20 % is 0.2$"),
+        (
+            {"yield_force": math.inf},
+            r"yield_force is inf; .* never yields, give \{'law': 'elastic'\}, or yield_force=1e\+12 with capping",
+        ),
+        ({"yield_force": math.inf, "law": "bilinear"}, r"yields, give \{'law': 'elastic'\}, or yield_force=1e\+12$"),
+        ({"yield_force": 1e12}, "give {'law': 'elastic'}, or capping_force_ratio=1 with this yield_force$"),
+    ],
+)
+def test_messages_of_hinges_are_about_rotations_and_moments(more, message):
+    row = {name: value for name, value in (STEEL | more).items() if value is not MISSING}
+    if row["law"] == "bilinear":
+        row = {"law": "bilinear", "yield_force": row["yield_force"], "hardening_ratio": 0.02}
+    with pytest.raises(ValueError, match=message) as caught:
+        wd.HingedFrame(portal(), {("B1_1", "start"): row})
+    assert not re.search(r"\bdrift|\bstorey|\bforces?\b", str(caught.value))
+
+
+def test_hinges_that_never_yield_are_written_as_the_messages_say(recwarn):
+    bilinear = {"law": "bilinear", "yield_force": 1e12, "hardening_ratio": 0.02}
+    for row in ({"law": "elastic"}, bilinear, STEEL | {"yield_force": 1e12, "capping_force_ratio": 1.0}):
+        wd.HingedFrame(
+            portal(), {("B1_1", "start"): row | ({"ultimate_drift": 0.0} if "ultimate_drift" in row else {})}
+        )
+    assert not recwarn.list
+
+
+def test_messages_of_braces_are_about_forces_and_elongations():
+    with pytest.raises(ValueError, match=r"'D1 axial': yield_force \(axial yield force \[N\]\) is missing"):
+        wd.HingedFrame(braced(), {("D1", "axial"): {"law": "elastic_perfectly_plastic"}})
 
 
 def test_a_steep_hardening_line_is_refused_without_a_unit():

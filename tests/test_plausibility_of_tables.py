@@ -113,7 +113,7 @@ def test_one_load_of_a_member_in_another_unit_is_warned_of():
         ({"masses": 1e-3}, "first period over height is 0.0026.*: with masses given in tonnes, it would be 0.083"),
     ],
 )
-@pytest.mark.meant_as_given("frame_gravity_over_weight")
+@pytest.mark.meant_as_given("frame_gravity_over_weight", "end_spring")
 def test_an_unusual_period_names_the_tables_of_the_frame(factors, meant):
     # The period of the frame is 1.37 s; the springs keep their stiffness, or the members keep theirs.
     arguments = four_storey().description()

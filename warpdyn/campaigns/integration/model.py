@@ -16,8 +16,9 @@ from warpdyn.campaigns.integration.settings import Integration
 from warpdyn.engine.kernels import arguments
 from warpdyn.engine.kernels.auxiliary.interpolation import interpolated
 from warpdyn.engine.kernels.build import as_in_live, composed, fitted, undivided
+from warpdyn.engine.kernels.hinges.column_storeys import has_line
 from warpdyn.engine.kernels.output_table import RECORDERS, STATE, recorded
-from warpdyn.engine.kernels.plan import Plan, has_line, memory_of_springs
+from warpdyn.engine.kernels.plan import Plan, memory_of_springs
 from warpdyn.engine.kernels.queues import checked_devices
 from warpdyn.engine.methods.defaults import FALLBACK
 from warpdyn.engine.methods.kinds import MultistepMethod

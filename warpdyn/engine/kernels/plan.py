@@ -215,11 +215,6 @@ def keeps_drifts(plan: Plan) -> bool:
     return isinstance(METHODS[plan.method], MultistepMethod)
 
 
-def has_line(plan: Plan) -> bool:
-    """Return whether the plan is of a frame or fish-bone with hinges, whose massless rotations the kernel finds."""
-    return plan.pattern is not None and plan.pattern.line is not None
-
-
 def has_joints(plan: Plan) -> bool:
     """Return whether the plan is of a frame with hinges that has several bays."""
     return plan.pattern is not None and isinstance(plan.pattern.line, JointFrame)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
@@ -25,7 +26,7 @@ UNITS = {"displacement": "m", "velocity": "m/s", "acceleration": "m/s2", "force"
 COMMANDS = {FORCE: "a force [N]", DAMPER: "a coefficient [N s/m]", MAGNETORHEOLOGICAL: "a voltage [V]"}
 # Above this product of the slowest circular frequency and the sampling interval, the loop cannot follow the vibration.
 COARSE_SAMPLING = 0.5
-LEAST_MILLISECONDS = 0.5  # a number below it is not a sampling interval in ms
+LEAST_MILLISECONDS = 0.5  # a number below it is not a time in ms
 LARGEST_LAG = 45.0  # of the force of an actuator behind its command at the first period [degrees]; warned above
 
 
@@ -91,11 +92,12 @@ class Control:
             near = round(count) * interval
             raise ValueError(
                 f"delay={delay:g} s is not a multiple of sampling_interval={interval:g} s: give delay={near:g}, or a "
-                "shorter sampling_interval"
+                f"shorter sampling_interval{_in_seconds(delay, interval)}"
             )
         if round(count) > MOST_DELAYED:
             raise ValueError(
-                f"delay is {round(count)} sampling intervals, more than {MOST_DELAYED}: give a shorter delay"
+                f"delay={delay:g} s is {round(count)} sampling intervals, more than {MOST_DELAYED}: give a shorter "
+                f"delay{_in_seconds(delay, interval)}"
             )
         for name in ("noise", "resolution"):
             given = getattr(self, name)
@@ -298,3 +300,11 @@ class Control:
     def description(self) -> dict[str, Any]:
         """Return the control as a dictionary, for the JSON of the scene."""
         return {"type": "Control", **{name: getattr(self, name) for name in self.__dataclass_fields__}}
+
+
+def _in_seconds(delay: float, interval: float) -> str:
+    """Return advice for a delay that may be in ms: the next multiple of the sampling interval in s."""
+    if delay < LEAST_MILLISECONDS:
+        return ""
+    meant = max(1, math.ceil(delay / 1000 / interval - WHOLE)) * interval
+    return f". delay= is in seconds: if {delay:g} is in ms, give delay={meant:g}"

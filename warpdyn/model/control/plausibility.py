@@ -73,6 +73,24 @@ def add_control(
         findings.add("skyhook_ratio", ratios.max())
 
 
+def add_delay(findings: PlausibilityFindings, delay: float, period: float, duration: float | None) -> None:
+    """Add a delay of the control that is longer than the first period, 1 s or the run to `findings`.
+
+    Args:
+        findings: Implausible values found so far.
+        delay: The delay [s].
+        period: First period of the structure [s]; 0: unknown.
+        duration: Duration of the shortest run [s]; None: unknown.
+    """
+    if 0 < period < delay:
+        findings.add("control_delay_over_period", delay / period, f" of {period:.3g} s")
+    elif duration is not None and delay >= duration:
+        where = f", at least as long as the run of {duration:.3g} s,"
+        findings.add("control_delay", delay, where, high=duration / 2)
+    else:
+        findings.add("control_delay", delay)
+
+
 def add_sensors(
     findings: PlausibilityFindings, control: Control, structure: Structure, excitation: Excitation, *, is_live: bool
 ) -> None:

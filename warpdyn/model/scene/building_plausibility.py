@@ -8,6 +8,7 @@ from functools import cached_property
 import numpy as np
 
 from warpdyn.foundations.core.plausibility import PlausibilityFindings
+from warpdyn.foundations.core.plausibility.check import LIGHTEST_PENTHOUSE
 from warpdyn.foundations.core.plausibility.table import CHECKS
 from warpdyn.foundations.core.units import STANDARD_GRAVITY
 from warpdyn.model.structures.modal import chain_stiffness_matrix
@@ -80,6 +81,16 @@ class BuildingView:
     def in_isolators(self, values: np.ndarray) -> np.ndarray:
         """Return the values [row, storey], with NaN in all storeys except isolators."""
         return np.where(self.is_isolated, values, np.nan)
+
+    @property
+    def mass_over_neighbour(self) -> np.ndarray:
+        """Ratio of the masses of neighbouring floors, shape [row, storey - 1]; NaN if the top floor is a penthouse."""
+        found = self.over_neighbour("mass")
+        mass = self["mass"]
+        if found.shape[1]:
+            is_penthouse = (mass[:, -1] < mass[:, -2]) & (found[:, -1] < LIGHTEST_PENTHOUSE)
+            found[:, -1] = np.where(is_penthouse, np.nan, found[:, -1])
+        return found
 
     def above_0(self, name: str) -> np.ndarray:
         """Return the values of a parameter [row, storey], with NaN instead of 0 (no such damper or stop)."""

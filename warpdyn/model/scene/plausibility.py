@@ -87,15 +87,14 @@ def warn_of_implausible(
         _add_excitation(findings, excitation, period)
     if scene.control is not None:
         # Runs without control do not import it.
-        from warpdyn.model.control.plausibility import add_control, add_sensors, compared_peak
+        from warpdyn.model.control.plausibility import add_control, add_delay, add_sensors, compared_peak
 
         # Tyres and suspensions isolate machines from most of the acceleration of a road.
         peak, of = (None, "") if structure.is_machine else compared_peak(excitation, structure, is_live=is_live)
         add_control(findings, scene.control, structure, peak, of)
         if not structure.is_machine:
             add_sensors(findings, scene.control, structure, excitation, is_live=is_live)
-        if period > 0:
-            findings.add("control_delay_over_period", scene.control.delay / period, f" of {period:.3g} s")
+        add_delay(findings, scene.control.delay, period, None if is_live else scene.shortest_run)
     for given in (step, longest_step):
         if isinstance(given, int | float) and period > 0:
             # No method can resolve a vibration if the step is as long as the period.

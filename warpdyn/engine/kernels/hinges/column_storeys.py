@@ -89,10 +89,14 @@ def column_storeys(line: ColumnLine) -> ColumnStoreys | None:
     return ColumnStoreys(line) if is_hinged and line.is_fixed and line.storeys > 1 else None
 
 
+def has_line(plan: Plan) -> bool:
+    """Return whether the plan is of a frame or fish-bone with hinges, whose massless rotations the kernel finds."""
+    return plan.pattern is not None and plan.pattern.line is not None
+
+
 def seeks_hinges(plan: Plan) -> bool:
     """Return whether the kernel of any frame or fish-bone seeks the rotations of hinges and joints."""
-    has_line = plan.pattern is not None and plan.pattern.line is not None
-    return has_line and plan.frame_storeys is None and not has_joint_springs(plan)
+    return has_line(plan) and plan.frame_storeys is None and not has_joint_springs(plan)
 
 
 def has_joint_springs(plan: Plan) -> bool:

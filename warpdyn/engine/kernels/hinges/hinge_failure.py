@@ -1,11 +1,12 @@
 """Hinges that have lost their strength: the member then turns freely, so the recorder of such a hinge stops."""
 
+from warpdyn.engine.kernels.hinges.column_storeys import has_line
+
 order = 4
 
 
 def wanted(plan):
-    has_hinges = plan.pattern is not None and plan.pattern.line is not None
-    return has_hinges and "spring" in plan.recorders and "ibarra_medina_krawinkler" in str(plan.law)
+    return has_line(plan) and "spring" in plan.recorders and "ibarra_medina_krawinkler" in str(plan.law)
 
 
 def values_held(plan):

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
+from warpdyn.engine.kernels.hinges.column_storeys import has_line
 from warpdyn.engine.kernels.hinges.frame_storeys import frame_storeys
 from warpdyn.engine.kernels.hinges.layout import JointFrame
 from warpdyn.engine.kernels.loads import LOADS
 from warpdyn.engine.kernels.lumped.pattern import ColumnLine
 from warpdyn.engine.kernels.lumped.storeys import Storeys, storeys_of
-from warpdyn.engine.kernels.plan import WARP, Plan, has_line, keeps_drifts, values_held
+from warpdyn.engine.kernels.plan import WARP, Plan, keeps_drifts, values_held
 from warpdyn.engine.laws.springs import is_mixed
 
 # Recorders whose values belong to a storey; others sum up values of all storeys, or record histories of few samples.

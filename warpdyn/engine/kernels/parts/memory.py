@@ -4,8 +4,8 @@ The memory of a storey contains the values that its law keeps from step to step,
 mapping computes the new memory from the drift at the end of the step.
 """
 
+from warpdyn.engine.kernels.hinges.column_storeys import has_line
 from warpdyn.engine.kernels.parts import straight_branches
-from warpdyn.engine.kernels.plan import has_line
 from warpdyn.engine.laws.springs import spring_row
 
 

@@ -1,6 +1,7 @@
 """Storey laws with straight branches: the full rules of a law run only if a storey leaves its branch (rare)."""
 
-from warpdyn.engine.kernels.plan import has_line, keeps_drifts, tableau
+from warpdyn.engine.kernels.hinges.column_storeys import has_line
+from warpdyn.engine.kernels.plan import keeps_drifts, tableau
 from warpdyn.engine.laws.springs import spring_row
 from warpdyn.engine.methods.table import METHODS
 

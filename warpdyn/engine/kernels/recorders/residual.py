@@ -1,4 +1,8 @@
-"""Recorder of the residual drift ratio of every storey or deformation of every spring: a mean over the run's end."""
+"""Recorder of the residual drift ratio of every storey or deformation of every spring: a mean over the run's end.
+
+The kernel of frames and fish-bones whose joints are a grid does not support this recorder. Their default method is
+"rk4" with this recorder and "leapfrog" without it, so that other results change by the error of the methods.
+"""
 
 from warpdyn.foundations.core.output_variables import Variable
 

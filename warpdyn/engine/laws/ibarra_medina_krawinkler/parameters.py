@@ -91,7 +91,9 @@ POST_CAPPING_DRIFT = Parameter(
     "m", "drift from the capping point to zero force", low=0.0, low_open=True, opensees="Upc"
 )
 CAPPING_FORCE = Parameter("1", "ratio of the force at the capping point to the yield force", low=1.0, opensees="FmaxFy")
-RESIDUAL_FORCE = Parameter("1", "ratio of residual to yield force", low=0.0, high=1.0, high_open=True, opensees="ResF")
+RESIDUAL_FORCE = Parameter(
+    *("1", "ratio of residual to yield force", 0.0, 1.0), high_open=True, often_in_percent=True, opensees="ResF"
+)
 ULTIMATE_DRIFT = Parameter("m", "drift at which all strength is lost, 0: never", low=0.0, opensees="Uu")
 STRENGTH_CAPACITY = _capacity("yield force", "LAMBDA_S")
 POST_CAPPING_CAPACITY = _capacity("post-capping strength", "LAMBDA_C")

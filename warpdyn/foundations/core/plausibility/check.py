@@ -19,6 +19,7 @@ MOST_MISTAKES = 2  # likely mistakes in one warning, each with the value that wo
 MOST_NAMED = 3  # mistakes that a warning excludes if no mistake explains the value
 LEAST_YIELD_DRIFT_RATIO = 7e-5  # top storeys of old Hazus buildings: 9.5e-5; forces in kN lead to at most 5e-5
 HIGHEST_HAZARD_SLOPE = 1.7  # of the highest hazard of any site, ln(rate) over ln(intensity)
+LIGHTEST_PENTHOUSE = 80.0  # mass of the floor below over that of a top floor; 102 if one is a weight in kN
 LARGEST_RECORDED = 2 * STANDARD_GRAVITY  # exceeded only rarely: 2.7 g at Tsukidate in 2011 (K-NET, MYG004)
 
 # Clause that describes a likely mistake -> factor from the given to the intended value. None: no factor corrects the

@@ -138,6 +138,12 @@ CHECKS_OF_CONTROL: Mapping[str, Check] = {
         with_units("delay", {"ms": 1e-3}),
         typical=0.02,
     ),
+    # Only delays of at most one period are compared with 1 s and with the duration of the run.
+    "control_delay": Check(
+        *("delay of the control", "s", 0.0, 1.0),
+        given_in({"ms": 1e-3}),
+        typical=0.02,
+    ),
     # Dampers that add less have no effect. There is no upper bound, because a closed valve locks a damper.
     "variable_damper_ratio": Check(
         *("largest damping ratio that the VariableDampers with high= add to a mode", "1", 1e-3, math.inf),

@@ -17,6 +17,7 @@ from warpdyn.foundations.core.plausibility.check import (
     one_in,
     with_units,
 )
+from warpdyn.foundations.core.plausibility.frame_springs_and_loads import CHECKS_OF_SPRINGS_AND_LOADS
 
 # Parameter of frames whose values users give for each structure -> units by mistake.
 _UNITS_OF_GIVEN: Mapping[str, Mapping[str, float]] = {
@@ -59,6 +60,18 @@ CHECKS_OF_FRAMES: Mapping[str, Check] = {
         with_units("area", {"mm2": 1e-6, "cm2": 1e-4}),
         typical=1.0,
     ),
+    # The weak axis of steel sections has 0.03 times the second moment of the strong one.
+    "second_moment_of_one_section": Check(
+        *("second_moment over area**2 of the section", "1", 0.015, 40.0),
+        {
+            "if multiplied by 100 by mistake (1 cm4 is 1e-8 m4)": 1e-2,
+            "if multiplied by 1e4 by mistake (1 cm4 is 1e-8 m4, 1 mm4 is 1e-12 m4)": 1e-4,
+            "if divided by 100 by mistake (1 cm4 is 1e-8 m4)": 1e2,
+            "if divided by 1e4 by mistake (1 cm4 is 1e-8 m4, 1 mm4 is 1e-12 m4)": 1e4,
+            "give a power of ten, such as 1.0, for a rigid member": lambda value: value > 1,
+        },
+        typical=1.0,
+    ),
     # Joints of a perimeter frame have 1 to 10 % of the load of a leaning column.
     "gravity_load_of_one": Check(
         *("gravity_load", "1", 5e-3, 300.0),
@@ -99,8 +112,9 @@ CHECKS_OF_FRAMES: Mapping[str, Check] = {
     "frame_gravity_over_mass": Check(
         *("gravity loads of the frame over its masses", "m/s2", 2.0, 9 * G),
         {
-            "gravity loads may be given in kg, or masses as weights in N": lambda value: value < 2,
-            "the frame may carry only 10 % of the loads of its masses": lambda value: 0.97 < value < 0.99,
+            "gravity loads may be given in kg, or masses as weights in N: multiply the loads or divide the masses by "
+            "9.81": lambda value: value < 2,
+            "the frame may carry only 10 % of the loads of its masses": lambda value: 0.9 < value < 1.1,
             "gravity loads may be multiplied by g twice, or masses be divided by g": lambda value: value > 2,
         },
     ),
@@ -127,6 +141,12 @@ CHECKS_OF_FRAMES: Mapping[str, Check] = {
         with_units("mass_per_length", {"t/m": 1e3, "kN/m of weight": 1e3 / G})
         | with_units("area", {"mm2": 1e-6, "cm2": 1e-4}, -1),
         typical=5000.0,
+    ),
+    # As above, for elastic moduli of steel.
+    "mass_over_area_of_steel": Check(
+        *("mass_per_length over area of the section", "kg/m3", 2000.0, math.inf),
+        with_units("mass_per_length", {"t/m": 1e3, "kN/m of weight": 1e3 / G}),
+        typical=1e5,
     ),
     # Yield strains are 0.001 to 0.002; shear capacities lead to less.
     "capacity_strain": Check(
@@ -230,4 +250,5 @@ CHECKS_OF_FRAMES: Mapping[str, Check] = {
         with_units("yield_force", {"kN": 1e3, "MN": 1e6}) | with_units("area", {"mm2": 1e-6, "cm2": 1e-4}, -1),
         typical=2e-3,
     ),
+    **CHECKS_OF_SPRINGS_AND_LOADS,
 }

@@ -102,7 +102,7 @@ CHECKS: Mapping[str, Check] = {
     ),
     "mass_of_neighbours": Check(
         *("mass of a floor over that of a neighbouring one", "1", 0.0, 50.0, one_in(MASS)),
-        of_building=lambda b: b.over_neighbour("mass"),
+        of_building=lambda b: b.mass_over_neighbour,
     ),
     "stiffness_of_neighbours": Check(
         *("stiffness of a storey over that of a neighbouring one", "1", 0.0, 200.0, one_in(STIFFNESS)),

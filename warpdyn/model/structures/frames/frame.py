@@ -33,6 +33,7 @@ from warpdyn.model.structures.frames.tables.columns import (
     read_supports,
 )
 from warpdyn.model.structures.frames.tables.plausibility import warn_of_implausible_tables
+from warpdyn.model.structures.frames.tables.plausible_loads import warn_of_small_static_loads
 from warpdyn.model.structures.frames.tables.table import Rows, TableLike, column_of, read_table
 
 MASS_KINDS, GEOMETRIC_KINDS = ("lumped", "consistent"), ("string", "consistent")
@@ -184,7 +185,10 @@ class Frame(FrameStoreys, FrameMatrices):
         on_members = read_member_loads(member_loads, self.members)
         true_or_false("gravity", gravity)
         true_or_false("p_delta", p_delta)
-        return static.solve(self, nodal, on_members, settlements or {}, has_gravity=gravity, has_p_delta=p_delta)
+        found = static.solve(self, nodal, on_members, settlements or {}, has_gravity=gravity, has_p_delta=p_delta)
+        if not gravity and not settlements:
+            warn_of_small_static_loads(self, nodal, on_members, found["displacement"].values)
+        return found
 
     @suggests_names
     def buckling_factors(

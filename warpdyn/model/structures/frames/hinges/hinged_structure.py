@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -18,6 +19,18 @@ from warpdyn.model.structures.frames.reduced_frame import ReducedFrame
 from warpdyn.model.structures.lumped.spring import Spring
 
 LARGEST_YIELD_ROTATION = 0.05  # rad, of the spring without its member; in messages
+ELASTIC_ROTATION = 100.0  # rad; a hinge with a larger yield rotation is meant to stay elastic
+STAYS_ELASTIC = "For a hinge that never yields, give {'law': 'elastic'}"
+NEVER_YIELDS = 1e12  # N m, of a hinge that stays elastic
+# Words of storey laws in messages -> those of hinges. Names of parameters have underscores and are kept.
+WORDS_OF_HINGES = {
+    r"\(storey yield force\)": "(yield moment [N m])",
+    r"\(drift ([^)]*)\)": r"(rotation \1 [rad])",
+    r"\b[Dd]rift(s?)\b": r"rotation\1",
+    r"\bforce(s?)\b": r"moment\1",
+    r"(?<=\d) m\b": " rad",
+}
+WORDS_OF_BRACES = {r"\(storey yield force\)": "(axial yield force [N])", r"\bdrift(s?)\b": r"elongation\1"}
 LAWS_OF_HINGES = (Elastic, Bilinear, ElasticPerfectlyPlastic, IbarraMedinaKrawinklerBilinear)
 
 
@@ -45,22 +58,42 @@ class Hinge(Spring):
             super().__init__(name, {dof: 1.0}, law=law, stiffness=stiffness, rotational=not is_axial, **parameters)
         except ValueError as error:
             # Parameters that contradict each other are compared after they are set.
-            raise ValueError(f"{error}{'' if is_axial else self._unit_hint()}") from None
+            words = _in_own_words(str(error), WORDS_OF_BRACES if is_axial else WORDS_OF_HINGES)
+            raise ValueError(f"{words}{_of_strong(parameters, called)}{'' if is_axial else self._hint()}") from None
         self.direction = {dof: 0.0}  # its moment acts on massless rotations
         if self.law not in LAWS_OF_HINGES:
             raise ValueError(_unknown_law(name, self.law.name))
 
-    def _unit_hint(self) -> str:
-        """Return a sentence on the units of the hinge if its yield rotation is implausibly large; otherwise ""."""
+    def _hint(self) -> str:
+        """Return a sentence on the hinge if its yield rotation is implausibly large; otherwise ""."""
         strength = getattr(self, "parameters", {}).get("yield_force", 0.0)
         rotation = strength / self.stiffness if strength else 0.0
         if rotation <= LARGEST_YIELD_ROTATION:
             return ""
+        if rotation > ELASTIC_ROTATION:
+            return f". {STAYS_ELASTIC}, or capping_force_ratio=1 with this yield_force"
         return (
             f". Its yield rotation, yield_force / stiffness, is {rotation:.3g} rad (usual: at most "
             f"{LARGEST_YIELD_ROTATION:g} rad): if yield_force is in N mm, give yield_force={strength / 1e3:g} [N m]; "
             f"if spring_start or spring_end is in kN m/rad, give {1e3 * self.stiffness:g} [N m/rad]"
         )
+
+
+def _in_own_words(message: str, own_words: Mapping[str, str]) -> str:
+    """Return a message of a storey law with the words and units of a hinge or a brace."""
+    for words, own in own_words.items():
+        message = re.sub(words, own, message)
+    return message
+
+
+def _of_strong(parameters: Mapping[str, float], law: str) -> str:
+    """Return a sentence on hinges that never yield if the yield_force is infinite; otherwise ""."""
+    strength = parameters.get("yield_force")
+    if not isinstance(strength, int | float) or strength != np.inf:
+        return ""
+    large = f"yield_force={NEVER_YIELDS:g}"
+    has_capping = law == IbarraMedinaKrawinklerBilinear.name
+    return f". {STAYS_ELASTIC}, or {large}{' with capping_force_ratio=1' if has_capping else ''}"
 
 
 def _unknown_law(hinge: str, law: str) -> str:

@@ -9,6 +9,7 @@ import numpy as np
 
 from warpdyn.foundations.core.plausibility import PlausibilityFindings
 from warpdyn.model.structures.frames.column_line import ENDS
+from warpdyn.model.structures.frames.tables.plausible_springs import LEAST_SLENDERNESS, soft_ends
 
 if TYPE_CHECKING:
     from warpdyn.model.structures.frames.frame import Frame
@@ -16,9 +17,6 @@ if TYPE_CHECKING:
     from warpdyn.model.structures.lumped.biaxial_spring import Component
     from warpdyn.model.structures.lumped.spring import Spring
 
-# Members whose length is below this number of radii of gyration are rigid parts of joints or walls. Their hinges are
-# not checked, because their yield rotations, which other members and springs determine, have no usual values.
-LEAST_SLENDERNESS = 3.0
 STRONG_ROTATION = 1e3  # rad; stronger hinges, such as with a yield_force of 1e12 N m, are meant to stay elastic
 STRONG_STRAIN = 0.05  # the same for braces
 UNLIMITED_ROTATION = 100.0  # rad; hinges with larger plastic rotations are meant not to soften
@@ -59,6 +57,7 @@ def _values_of_hinges(structure: HingedStructure) -> dict[str, dict[str, float]]
     by_name = {spring.name: spring for spring in structure.springs} | structure.given_braces
     members = {name: place for place, name in enumerate(frame.members)}
     rotations, strains, ratios = {}, {}, {}
+    is_soft = soft_ends(frame)  # the constructor of the frame has warned of them
     for (member, end), name in zip(structure.hinges, structure.hinge_names, strict=True):
         strength = by_name[name].parameters.get("yield_force", np.inf)  # of an elastic hinge: none
         place = members[member]
@@ -67,9 +66,11 @@ def _values_of_hinges(structure: HingedStructure) -> dict[str, dict[str, float]]
         if end not in ENDS:
             strains[name] = strength / (modulus * area)
         elif frame.geometry.length[place] >= LEAST_SLENDERNESS * radius:
+            # Other members and springs determine the yield rotations of shorter members, which have no usual values.
             [stiffness] = bending_stiffness(frame, [place])
             with np.errstate(divide="ignore"):
                 rotations[name] = float(strength / stiffness)
+            if not is_soft[place, ENDS.index(end)]:
                 ratios[name] = float(frame.geometry.end_springs[place, ENDS.index(end)] / stiffness)
     rotations = {name: each for name, each in rotations.items() if each < STRONG_ROTATION}
     strains = {name: each for name, each in strains.items() if each < STRONG_STRAIN}

@@ -77,6 +77,7 @@ def check_lengths(members: Rows, length: np.ndarray, coordinates: np.ndarray, en
         if length[place] <= SAME_PLACE * whole:
             raise ValueError(
                 f"members: member {name!r} has no length between its rigid end offsets ({whole:g} m between its nodes)"
+                ". Offsets are in m, from the node to the end of the member"
             )
 
 
