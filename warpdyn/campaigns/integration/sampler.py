@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Callable, Collection, Mapping
 
 import numpy as np
 
@@ -94,7 +94,14 @@ class Sampler:
         return np.zeros((1, 1)) if self._points is None else self._points
 
     def draw(
-        self, structures: np.ndarray, threads: int = 1, *, is_all: bool = True, only: Collection[str] | None = None
+        self,
+        structures: np.ndarray,
+        threads: int = 1,
+        *,
+        is_all: bool = True,
+        only: Collection[str] | None = None,
+        at_a_time: int | None = None,
+        then: Callable[[slice, dict[str, np.ndarray]], object] = lambda part, drawn: None,
     ) -> dict[str, np.ndarray]:
         """Return the scattered parameters of the given structures by name, shape [structure, storey] or [structure].
 
@@ -107,6 +114,8 @@ class Sampler:
             is_all: Whether all other parameters have their nominal values. Then the drawn values are also checked for
                 contradictions with the nominal values. Give False with `only`.
             only: Names of the parameters to return; None: all.
+            at_a_time: Number of structures that a thread draws at a time; None: chosen by the number of threads.
+            then: Called in the same thread with each slice of `structures` and its checked parameters.
 
         Raises:
             ValueError: If a drawn value is out of the bounds of its parameter; the message names the parameter, the
@@ -129,9 +138,11 @@ class Sampler:
                 if not isinstance(spread, GivenValues):
                     values = self.structure.tied(name, values)
                 drawn[name][part] = values.T
-            self._check({name: values[part] for name, values in drawn.items()}, structures[part], is_all)
+            own_drawn = {name: values[part] for name, values in drawn.items()}
+            self._check(own_drawn, structures[part], is_all)
+            then(part, own_drawn)
 
-        in_parts(fill, structures.size, threads, structures_of_a_part(structures.size, threads))
+        in_parts(fill, structures.size, threads, at_a_time or structures_of_a_part(structures.size, threads))
         return drawn
 
     def check_given_and_medians(self) -> None:

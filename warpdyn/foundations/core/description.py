@@ -120,7 +120,7 @@ def _feed(digest: hashlib._Hash, texts: list[str], value: Any) -> None:
     if dataclasses.is_dataclass(value):
         held = {field.name: getattr(value, field.name) for field in dataclasses.fields(value)}
     elif hasattr(value, "__dict__"):
-        computed = _cached_properties(kind)
+        computed = _cached_properties(kind)  # type: ignore[arg-type] # classes are hashable
         held = {name: item for name, item in vars(value).items() if name not in computed}
     else:
         raise TypeError(

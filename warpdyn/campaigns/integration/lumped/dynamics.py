@@ -10,7 +10,7 @@ import numpy as np
 from warpdyn.campaigns.integration.dynamics import Arrays, Dynamics, Modes, slowest_decay
 from warpdyn.campaigns.integration.lumped.rounding import LARGEST_ERROR, error_of_float32
 from warpdyn.engine.kernels.lumped.pattern import OF_ENERGIES, PAIR, Pattern, Table, table_of, values_in
-from warpdyn.engine.kernels.modes.damped_modes import damped_motions
+from warpdyn.engine.kernels.modes.damped_modes import damped_motions, damping_rate
 from warpdyn.engine.kernels.output_table import HISTORY, OF_SPRINGS
 from warpdyn.engine.laws.biaxial.functions import biaxial_functions
 from warpdyn.engine.laws.building_law import BuildingLaw
@@ -19,7 +19,12 @@ from warpdyn.engine.laws.contacts.parameters import HertzContact
 from warpdyn.engine.laws.elastic.parameters import Elastic
 from warpdyn.engine.laws.ibarra_medina_krawinkler import branchless_rules, capped_rules
 from warpdyn.engine.laws.springs import StoreyRules, Variant, number_of_coefficients
-from warpdyn.engine.methods.stability_limits import stable_step_of_eigenvalues, stable_step_of_yielding
+from warpdyn.engine.methods.stability_limits import (
+    reads_eigenvalues,
+    stable_step_of_eigenvalues,
+    stable_step_of_worst,
+    stable_step_of_yielding,
+)
 from warpdyn.engine.methods.state_matrices import highest_damping_rate
 from warpdyn.engine.methods.table import Method
 from warpdyn.engine.methods.undamped_modes import inverses, squared_frequencies, undamped
@@ -197,15 +202,24 @@ class LumpedDynamics(Dynamics):
             "output": np.broadcast_to(outputs, (count, *outputs.shape[1:])),
         }
 
-    def _vibration(self, parameters: Arrays, method: Method) -> tuple[np.ndarray, ...]:
+    def _vibration(self, parameters: Arrays, method: Method, *, has_decay: bool = True) -> tuple[np.ndarray, ...]:
         structure = self.structure
         mass, elastic = structure.mass_matrices(parameters), structure.stiffness_matrices(parameters)
-        squared, shapes = undamped(mass, elastic)
+        shapes = None
+        if has_decay:
+            squared, shapes = undamped(mass, elastic)
+        else:
+            squared = np.maximum(squared_frequencies(mass, elastic), 0.0)
         frequency = np.sqrt(squared)
         rayleigh = structure.rayleigh(parameters, frequency)
         damping = structure.damping_matrices(parameters, rayleigh)
-        eigenvalues, rate = damped_motions(mass, damping, elastic, squared, shapes)
-        stable = stable_step_of_eigenvalues(method, eigenvalues, frequency[:, -1], rate)
+        if shapes is None:
+            decay, rate = np.full(len(mass), np.nan), damping_rate(mass, damping)
+            stable = stable_step_of_worst(method, frequency[:, -1], rate)
+        else:
+            eigenvalues, rate = damped_motions(mass, damping, elastic, squared, shapes)
+            decay = slowest_decay(eigenvalues)
+            stable = stable_step_of_eigenvalues(method, eigenvalues, frequency[:, -1], rate)
         if not self.forces.is_linear:
             law, of_springs = structure.storey_law, of_springs_only(parameters)
             highest, stiffest = frequency[:, -1], law.stiffest(of_springs)
@@ -224,7 +238,10 @@ class LumpedDynamics(Dynamics):
                 rate = highest_damping_rate(mass, damping + structure.of_springs(steepest))
             rate = np.maximum(rate, law.relaxation_rate(of_springs).max(axis=-1))
             stable = stable_step_of_yielding(method, highest, rate, stable)
-        return 2 * np.pi / frequency[:, 0], slowest_decay(eigenvalues), stable, rayleigh.T
+        return 2 * np.pi / frequency[:, 0], decay, stable, rayleigh.T
+
+    def _without_decay(self, parameters: Arrays, method: Method) -> tuple[np.ndarray, ...]:
+        return self._vibration(parameters, method, has_decay=reads_eigenvalues(method))
 
     def modes(self, parameters: Arrays, excitation: Excitation, *, is_coupled: bool) -> Modes:
         """Raise an error: no method of lumped structures integrates modes."""
