@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Mapping
 
 import numpy as np
+from scipy import sparse
 
 from warpdyn.engine.kernels.arguments import lane_rows
 from warpdyn.engine.kernels.auxiliary.sampling import correlate_normals, fill_uniforms
@@ -66,6 +67,7 @@ class Sampler:
                 )
         self.structure, self.scatter, self.seed = structure, scatter, seed
         self.variables, self.factor = correlation_factor(structure, scatter, correlation)
+        self._sparse_factor = sparse.csr_array(self.factor)
         self._points: np.ndarray | None = None
         self._sobol: SobolPoints | None = None
         if not self.variables:
@@ -121,13 +123,12 @@ class Sampler:
             ValueError: If a drawn value is out of the bounds of its parameter; the message names the parameter, the
                 structure and the storey.
         """
-        points = self._points_of(structures)
         nominal = self.structure.nominal_values
         names = self.scatter.keys() if only is None else only
         drawn = {name: np.empty((*nominal[name].shape, structures.size)).T for name in self.scatter if name in names}
 
         def fill(part: slice) -> None:
-            normals = self._normals(structures[part], None if points is None else points[part])
+            normals = self._normals(structures[part])
             end = 0
             for name, spread in self.scatter.items():
                 first, end = end, end + spread.variables(self.structure.length_of(name))
@@ -190,12 +191,9 @@ class Sampler:
             shifted = f" (structure 0 of this message is structure {structures[0]})" if structures[0] else ""
             raise ValueError(f"drawn{shifted}: {problem}; {REMEDY_OF_COMBINATIONS}")
 
-    def _normals(self, structures: np.ndarray, points: np.ndarray | None) -> np.ndarray:
-        """Return correlated standard normal values, shape [variable, structure].
-
-        The values are computed from points in (0, 1), shape [structure, variable], or from random numbers if `points`
-        is None.
-        """
+    def _normals(self, structures: np.ndarray) -> np.ndarray:
+        """Return correlated standard normal values, shape [variable, structure], from points or random numbers."""
+        points = self._points_of(structures)
         values = lane_rows(len(self.variables), structures.size, CPU_LANES, 0.5)
         if not self.variables:
             return values
@@ -203,7 +201,7 @@ class Sampler:
             fill_uniforms(values, self.seed, structures)
         else:  # a point at exactly 0 would give an infinite normal value
             np.clip(points.T, 2.0**-54, 1 - 2.0**-53, out=values[:, : structures.size])
-        correlate_normals(values, self.factor)
+        correlate_normals(values, self._sparse_factor)
         return values[:, : structures.size]
 
     def _points_of(self, structures: np.ndarray) -> np.ndarray | None:

@@ -4,6 +4,7 @@ import functools
 
 import numpy as np
 import warp as wp
+from scipy import sparse
 
 from warpdyn.engine.device.processor import align_rows, module_options
 from warpdyn.engine.device.random_numbers import normal_of, uniform_pair
@@ -56,7 +57,10 @@ def normals_kernel(lanes: int) -> wp.Kernel:
 
     @wp.kernel(module="unique", enable_backward=False, module_options=module_options(max_unroll=1))
     def make_normals(
-        factor: wp.array2d(dtype=wp.float64),  # lower triangular factor of the correlation matrix
+        # Lower triangular factor of the correlation matrix: first entry of each row, and columns and values of entries.
+        starts: wp.array(dtype=wp.int32),
+        columns: wp.array(dtype=wp.int32),
+        factor: wp.array(dtype=wp.float64),
         values: wp.array2d(dtype=wp.float64),  # [variable, structure]
     ):
         align_rows()
@@ -76,11 +80,10 @@ def normals_kernel(lanes: int) -> wp.Kernel:
             variable = variables - 1 - back
             for j in range(LANES):
                 total[j] = wp.float64(0.0)
-            for k in range(variable + 1):
-                share = factor[variable, k]
-                if share != wp.float64(0.0):
-                    for j in range(LANES):
-                        total[j] += share * values[k, first + j]
+            for entry in range(starts[variable], starts[variable + 1]):
+                k, share = columns[entry], factor[entry]
+                for j in range(LANES):
+                    total[j] += share * values[k, first + j]
             for j in range(LANES):
                 values[variable, first + j] = total[j]
 
@@ -102,7 +105,7 @@ def fill_uniforms(values: np.ndarray, seed: int, numbers: np.ndarray) -> None:
     wp.launch(loaded(uniforms_kernel(CPU_LANES)), dim=into.shape[1] // CPU_LANES, inputs=arguments, device="cpu")
 
 
-def correlate_normals(values: np.ndarray, factor: np.ndarray) -> None:
+def correlate_normals(values: np.ndarray, factor: sparse.csr_array) -> None:
     """Replace uniform by correlated standard normal random numbers, by the inverse of the distribution function.
 
     Args:
@@ -110,5 +113,6 @@ def correlate_normals(values: np.ndarray, factor: np.ndarray) -> None:
             `lane_rows`.
         factor: Lower triangular factor of the correlation matrix, shape [variable, variable].
     """
-    arrays = [wp.array(array, dtype=wp.float64, copy=False, device="cpu") for array in (factor, values)]
+    given = (factor.indptr.astype(np.int32), factor.indices.astype(np.int32), factor.data, values)
+    arrays = [wp.array(array, copy=False, device="cpu") for array in given]
     wp.launch(loaded(normals_kernel(CPU_LANES)), dim=values.shape[1] // CPU_LANES, inputs=arrays, device="cpu")
