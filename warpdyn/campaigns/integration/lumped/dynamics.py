@@ -27,7 +27,7 @@ from warpdyn.engine.methods.stability_limits import (
 )
 from warpdyn.engine.methods.state_matrices import highest_damping_rate
 from warpdyn.engine.methods.table import Method
-from warpdyn.engine.methods.undamped_modes import inverses, squared_frequencies, undamped
+from warpdyn.engine.methods.undamped_modes import are_diagonal, inverses, squared_frequencies, undamped
 from warpdyn.model.ground_motions.excitation import Excitation
 from warpdyn.model.structures.lumped.biaxial_spring import BiaxialSpring
 from warpdyn.model.structures.lumped.matrices import of_springs_only, without_rounding
@@ -56,7 +56,7 @@ class LumpedDynamics(Dynamics):
         super().__init__(structure, representative)
         values = of_springs_only({**structure.parameters, **representative})
         self.springs, self.pairs = laws_of(structure)
-        self.law_rows = rows_of_laws(structure)
+        self.law_rows = _as_range(rows_of_laws(structure))
         self.biaxial_law: StoreyRules | None = None
         of_springs = self._of(self.springs, values)
         self.law, self.variants = self.springs.rules(of_springs), self.springs.variants(of_springs)
@@ -161,7 +161,8 @@ class LumpedDynamics(Dynamics):
         first = len(self.structure.springs) - PAIR * self.structure.pairs
         rows = self.law_rows if law is self.springs else slice(first, None, PAIR)
         by_spring = self.structure.is_by_storey
-        return {name: each[..., rows] if by_spring(name) else each for name, each in values.items()}
+        # The transpose, so that values of successive structures stay contiguous in memory.
+        return {name: each.T[rows].T if by_spring(name) else each for name, each in values.items()}
 
     def _coefficients(self, law: BuildingLaw, parameters: Arrays, variants: Variants) -> np.ndarray:
         """Return the coefficients of the laws of springs, shape [spring x coefficient, structure]."""
@@ -169,7 +170,7 @@ class LumpedDynamics(Dynamics):
         shape = values["stiffness"].shape
         read, springs = law.coefficients(values, variants), shape[1]
         rows: slice | list[int] = slice(None)
-        if law is self.springs and isinstance(self.law_rows, list):  # other springs have coefficients of 0
+        if law is self.springs and self.structure.column_line is not None:  # other springs have coefficients of 0
             read, rows = read[: number_of_coefficients(self.law)], self.law_rows
             springs = len(self.structure.springs)
         found = np.zeros((springs, len(read), shape[0]))
@@ -182,7 +183,8 @@ class LumpedDynamics(Dynamics):
         structure, count = self.structure, len(parameters["mass"])
         mass = structure.mass_matrices(parameters)
         inverse = inverses(mass)
-        inverse = without_rounding((inverse + inverse.transpose(0, 2, 1)) / 2, ROUNDED)
+        if not are_diagonal(inverse).all():
+            inverse = without_rounding((inverse + inverse.transpose(0, 2, 1)) / 2, ROUNDED)
         elastic = structure.linear_matrices(parameters) - structure.geometric_matrices(parameters)
         outputs = structure.output_matrices(parameters)
         influence = structure.influences(parameters)
@@ -193,7 +195,7 @@ class LumpedDynamics(Dynamics):
         return {
             "deformation": np.broadcast_to(structure.directions, (count, *structure.directions.shape)),
             "inverse_mass": inverse,
-            "stiffness": elastic + np.zeros_like(mass),
+            "stiffness": np.broadcast_to(elastic, mass.shape),
             "damping": structure.damping_between_dofs(parameters, rayleigh),
             "drive": drive,
             "unmoved": influence - drive,
@@ -296,6 +298,13 @@ def rows_of_laws(structure: LumpedStructure) -> slice | list[int]:
     if line is None:
         return slice(len(structure.springs) - PAIR * structure.pairs)
     return [spring for spring in line.springs if spring >= 0 and spring not in line.linear] or [0]
+
+
+def _as_range(rows: slice | list[int]) -> slice | list[int]:
+    """Return indices as a slice, which copies no values, if they follow one another."""
+    if isinstance(rows, list) and rows == list(range(rows[0], rows[0] + len(rows))):
+        return slice(rows[0], rows[0] + len(rows))
+    return rows
 
 
 def _near(values: np.ndarray, others: np.ndarray) -> np.ndarray:

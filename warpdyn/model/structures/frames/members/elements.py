@@ -141,6 +141,8 @@ def stiffness_coefficients(geometry: Geometry, sections: Sections) -> np.ndarray
 
 def _share_of_spring(spring: np.ndarray, near: np.ndarray) -> np.ndarray:
     """Return s / (s + near): 1 for a rigid connection or a member without bending stiffness, 0 for a hinge."""
+    if np.isinf(spring).all():
+        return np.ones(spring.shape)
     with np.errstate(invalid="ignore"):
         return np.where(np.isinf(spring) | (near <= 0), 1.0, spring / (spring + near))
 

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from warpdyn.engine.methods.undamped_modes import are_diagonal, diagonal_matrices
 from warpdyn.model.structures.frames.members.condensation import BUCKLES, Condensation
 from warpdyn.model.structures.frames.members.elements import Sections, stiffness_coefficients
 from warpdyn.model.structures.frames.members.forces import force_names, force_rows
@@ -57,8 +58,10 @@ class ReducedMatrices(LumpedStructure):
 
     def mass_matrices(self, values: Mapping[str, np.ndarray]) -> np.ndarray:
         """Return the mass matrices [kg]: the nominal matrix, scaled by the masses of the degrees of freedom."""
-        factor = np.sqrt(values["mass"] / self.nominal_mass)
-        return self._part("mass", values) * factor[:, :, None] * factor[:, None, :]
+        factor, mass = np.sqrt(values["mass"] / self.nominal_mass), self._part("mass", values)
+        if len(mass) == 1 and are_diagonal(mass).all():
+            return diagonal_matrices(np.diag(mass[0]) * factor * factor)
+        return mass * factor[:, :, None] * factor[:, None, :]
 
     def load_masses(self, values: Mapping[str, np.ndarray]) -> np.ndarray:
         """Return symmetric matrices whose product with the influence is the load of the whole frame [kg]."""
