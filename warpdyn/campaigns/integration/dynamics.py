@@ -91,6 +91,7 @@ class Dynamics(ABC):
         is_sensitive: Whether a small change of the step or the motion may change peak drifts a lot.
         couples_modes: Whether damping couples the undamped modes.
         needs_eigenvalues: Whether decay and stability may need the eigenvalues of full matrices.
+        is_checked_by_vibration: Whether the checks of drawn structures compute matrices that their vibration needs.
         steps_modes: Whether implicit methods integrate modes instead of degrees of freedom.
         histories: Names of the variables in whole histories.
         is_packed_in_parts: Whether the kernel's arrays can be computed for some structures at a time.
@@ -110,6 +111,7 @@ class Dynamics(ABC):
     is_sensitive: bool = False
     couples_modes: bool
     needs_eigenvalues: bool
+    is_checked_by_vibration: bool = False
     steps_modes: bool
     histories: tuple[str, ...]
     is_packed_in_parts: bool = True

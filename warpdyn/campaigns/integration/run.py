@@ -69,8 +69,9 @@ class Run:
         The decay is NaN if the durations of samples do not depend on it and its computation takes most of the time.
         """
         dynamics, method, threads = self.model.dynamics, self.model.method, self.model.threads
-        if not self.sampler.scatter:
-            return self.sampler.draw(structures, threads), dynamics.vibration_of({}, method)
+        if not (self.sampler.scatter and dynamics.is_checked_by_vibration):
+            drawn = self.sampler.draw(structures, threads)
+            return drawn, dynamics.vibration_of(drawn, method, threads)
         found: dict[int, Vibration] = {}
         needs_decay = durations_need_decay(self.model.scene)
 

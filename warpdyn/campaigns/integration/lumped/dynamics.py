@@ -48,7 +48,7 @@ class LumpedDynamics(Dynamics):
 
     structure: LumpedStructure
     viscous_dampers, physics = "none", ()
-    steps_modes, couples_modes, needs_eigenvalues = False, True, True
+    steps_modes, couples_modes, needs_eigenvalues, is_checked_by_vibration = False, True, True, True
     histories = (*(name for name in HISTORY if name != "storey_force"), *OF_SPRINGS)
     peak = ("peak_spring_deformation", "spring")
 
