@@ -66,8 +66,10 @@ def have_only_eigenvalues_above(matrices: np.ndarray, least: np.ndarray) -> bool
         matrices: Symmetric matrices, shape [structure, dof, dof].
         least: Limits, shape [structure].
     """
+    shifted = np.array(matrices)
+    np.einsum("sii->si", shifted)[...] -= least[:, None]
     try:
-        factors = np.linalg.cholesky(matrices - least[:, None, None] * np.eye(matrices.shape[1]))
+        factors = np.linalg.cholesky(shifted)
     except np.linalg.LinAlgError:
         return False
-    return bool(np.isfinite(factors).all())  # LAPACK does not refuse NaN
+    return bool(np.isfinite(np.einsum("sii->si", factors)).all())  # LAPACK does not refuse NaN

@@ -61,31 +61,28 @@ def normals_kernel(lanes: int) -> wp.Kernel:
         starts: wp.array(dtype=wp.int32),
         columns: wp.array(dtype=wp.int32),
         factor: wp.array(dtype=wp.float64),
-        values: wp.array2d(dtype=wp.float64),  # [variable, structure]
+        values: wp.array2d(dtype=row),  # [variable, group of structures]
     ):
         align_rows()
-        first = wp.tid() * LANES
-        normal = row()
+        group = wp.tid()
         total = row()
         variables = values.shape[0]
         for variable in range(variables):
-            for j in range(LANES):
-                normal[j] = values[variable, first + j]
+            normal = values[variable, group]
             for j in range(LANES):
                 normal[j] = normal_of(normal[j])
-            for j in range(LANES):
-                values[variable, first + j] = normal[j]
+            values[variable, group] = normal
         # Each variable is a sum over the earlier ones, so the last one is replaced first.
         for back in range(variables):
             variable = variables - 1 - back
             for j in range(LANES):
                 total[j] = wp.float64(0.0)
             for entry in range(starts[variable], starts[variable + 1]):
-                k, share = columns[entry], factor[entry]
+                share = factor[entry]
+                one = values[columns[entry], group]
                 for j in range(LANES):
-                    total[j] += share * values[k, first + j]
-            for j in range(LANES):
-                values[variable, first + j] = total[j]
+                    total[j] += share * one[j]
+            values[variable, group] = total
 
     return make_normals
 
@@ -113,6 +110,8 @@ def correlate_normals(values: np.ndarray, factor: sparse.csr_array) -> None:
             `lane_rows`.
         factor: Lower triangular factor of the correlation matrix, shape [variable, variable].
     """
-    given = (factor.indptr.astype(np.int32), factor.indices.astype(np.int32), factor.data, values)
+    given = (factor.indptr.astype(np.int32), factor.indices.astype(np.int32), factor.data)
     arrays = [wp.array(array, copy=False, device="cpu") for array in given]
-    wp.launch(loaded(normals_kernel(CPU_LANES)), dim=values.shape[1] // CPU_LANES, inputs=arrays, device="cpu")
+    groups, row = values.reshape(len(values), -1, CPU_LANES), wp.types.vector(length=CPU_LANES, dtype=wp.float64)
+    arrays.append(wp.array(groups, dtype=row, copy=False, device="cpu"))
+    wp.launch(loaded(normals_kernel(CPU_LANES)), dim=groups.shape[1], inputs=arrays, device="cpu")

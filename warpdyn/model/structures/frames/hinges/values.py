@@ -191,10 +191,10 @@ def _gravity(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return the gravity loads on unknowns and drifts, and the moments at the ends of members with hinges."""
     nodal = permanent.nodal @ joints.to_free
+    if not permanent.fixed.any():
+        return nodal[None], np.zeros((1, len(members), 2))
     loaded, own = _end_forces(permanent, geometry, sections)
     found = np.zeros((len(own), len(members), 2))
-    if not loaded.size:
-        return nodal[None], found[:1]
     # The moments of members with hinges and the shear forces that balance them are forces of the kernel's members.
     rows = np.flatnonzero(np.isin(loaded, members))
     moments = own[:, rows][..., ROTATIONS]
