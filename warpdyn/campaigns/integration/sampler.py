@@ -5,10 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Mapping
 
 import numpy as np
-from scipy import sparse
 
 from warpdyn.engine.kernels.arguments import lane_rows
-from warpdyn.engine.kernels.auxiliary.sampling import correlate_normals, fill_uniforms
+from warpdyn.engine.kernels.auxiliary.sampling import correlate_normals, entries_of, fill_uniforms
 from warpdyn.engine.kernels.build import CPU_LANES
 from warpdyn.foundations.core.checks import check_memory
 from warpdyn.foundations.core.messages import amount_of
@@ -67,7 +66,7 @@ class Sampler:
                 )
         self.structure, self.scatter, self.seed = structure, scatter, seed
         self.variables, self.factor = correlation_factor(structure, scatter, correlation)
-        self._sparse_factor = sparse.csr_array(self.factor)
+        self._entries_of_factor = entries_of(self.factor)
         self._points: np.ndarray | None = None
         self._sobol: SobolPoints | None = None
         if not self.variables:
@@ -201,7 +200,7 @@ class Sampler:
             fill_uniforms(values, self.seed, structures)
         else:  # a point at exactly 0 would give an infinite normal value
             np.clip(points.T, 2.0**-54, 1 - 2.0**-53, out=values[:, : structures.size])
-        correlate_normals(values, self._sparse_factor)
+        correlate_normals(values, self._entries_of_factor)
         return values[:, : structures.size]
 
     def _points_of(self, structures: np.ndarray) -> np.ndarray | None:

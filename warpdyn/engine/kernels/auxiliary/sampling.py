@@ -4,7 +4,6 @@ import functools
 
 import numpy as np
 import warp as wp
-from scipy import sparse
 
 from warpdyn.engine.device.processor import align_rows, module_options
 from warpdyn.engine.device.random_numbers import normal_of, uniform_pair
@@ -102,16 +101,26 @@ def fill_uniforms(values: np.ndarray, seed: int, numbers: np.ndarray) -> None:
     wp.launch(loaded(uniforms_kernel(CPU_LANES)), dim=into.shape[1] // CPU_LANES, inputs=arguments, device="cpu")
 
 
-def correlate_normals(values: np.ndarray, factor: sparse.csr_array) -> None:
+def entries_of(factor: np.ndarray) -> tuple[np.ndarray, ...]:
+    """Return the entries of a matrix that are not 0, row by row.
+
+    Returns:
+        First entry of each row and, at the end, the number of entries; columns of the entries; their values.
+    """
+    rows, columns = np.nonzero(factor)
+    starts = np.searchsorted(rows, np.arange(len(factor) + 1))
+    return starts.astype(np.int32), columns.astype(np.int32), factor[rows, columns]
+
+
+def correlate_normals(values: np.ndarray, factor: tuple[np.ndarray, ...]) -> None:
     """Replace uniform by correlated standard normal random numbers, by the inverse of the distribution function.
 
     Args:
         values: Input: independent numbers in (0, 1). Output: normal numbers. Shape [variable, structure]; an array from
             `lane_rows`.
-        factor: Lower triangular factor of the correlation matrix, shape [variable, variable].
+        factor: Result of `entries_of` for the lower triangular factor of the correlation matrix.
     """
-    given = (factor.indptr.astype(np.int32), factor.indices.astype(np.int32), factor.data)
-    arrays = [wp.array(array, copy=False, device="cpu") for array in given]
+    arrays = [wp.array(array, copy=False, device="cpu") for array in factor]
     groups, row = values.reshape(len(values), -1, CPU_LANES), wp.types.vector(length=CPU_LANES, dtype=wp.float64)
     arrays.append(wp.array(groups, dtype=row, copy=False, device="cpu"))
     wp.launch(loaded(normals_kernel(CPU_LANES)), dim=groups.shape[1], inputs=arrays, device="cpu")
