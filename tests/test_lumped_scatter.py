@@ -4,6 +4,9 @@ import numpy as np
 import pytest
 
 import warpdyn as wd
+from warpdyn.campaigns.accuracy.scattered_steps import shorten_steps
+from warpdyn.campaigns.integration.run import prepare
+from warpdyn.campaigns.integration.stability_guard import StabilityFindings
 
 pytestmark = [pytest.mark.meant_as_given("no_damping", "damping_ratio", "first_period", "strongest_motion")]
 TIME = 0.01 * np.arange(500)
@@ -140,3 +143,33 @@ def test_an_exponent_of_a_biaxial_law_other_than_2_runs():
     assert run["status"].item() == 0
     assert run["peak_spring_deformation"].values[0, 0] > 0.01
     assert run["peak_spring_deformation"].values[0, 1] == 0
+
+
+@pytest.mark.parametrize("has_residual", [False, True])
+def test_decays_that_are_not_computed_at_first_change_no_step(has_residual):
+    """Steps of structures with short periods depend on the decay, here as it is computed for all structures at once."""
+    springs = [
+        wd.Spring("lower", {"a": 1.0}, law="bilinear", stiffness=4e7, yield_force=4e5, hardening_ratio=0.02),
+        wd.Spring("upper", {"b": 1.0, "a": -1.0}, stiffness=2e7, damping_coefficient=3e4),
+    ]
+    structure = wd.LumpedStructure({"a": 1e5, "b": 8e4}, springs, damping="rayleigh", damping_ratio=0.03)
+    scatter = {"stiffness": wd.RandomFactor(wd.Lognormal(1.0, 1.0), per="spring")}
+    recorders = ("residual", "displacement") if has_residual else ("displacement",)
+    scene = wd.Scene(structure, motion(0.6), scatter, recorders=recorders)
+    settings = {"structures": 200, "method": "leapfrog", "divides_steps": True, "device": "cpu"}
+    known, whole = {}, {}
+    ensemble, vibration = prepare(scene, known=known, **settings)
+    drawn = known["leapfrog"][0]
+    whole["leapfrog"] = drawn, ensemble.model.dynamics.vibration_of(drawn, ensemble.model.method)
+    other, other_vibration = prepare(scene, known=whole, **settings)
+    assert np.isnan(vibration.decay).any() != has_residual
+    assert (other_vibration.decay > 0).all()
+    # Eigenvalues by two routines of LAPACK differ by rounding.
+    np.testing.assert_allclose(vibration.period, other_vibration.period, rtol=1e-12)
+    np.testing.assert_allclose(vibration.stable_step, other_vibration.stable_step, rtol=1e-12)
+    undivided = ensemble.schedule.substeps.copy()
+    for run, found in ((ensemble, vibration), (other, other_vibration)):
+        shorten_steps(run, found, StabilityFindings(run.size, "leapfrog"), divides=True)
+    assert (ensemble.schedule.substeps > undivided).any()
+    np.testing.assert_array_equal(ensemble.schedule.substeps, other.schedule.substeps)
+    np.testing.assert_array_equal(ensemble.schedule.run_intervals, other.schedule.run_intervals)

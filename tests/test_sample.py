@@ -259,7 +259,7 @@ def test_monte_carlo_numbers_are_those_looked_up(variables):
     rows, names = np.array([0, 1, 17, 2**20]), ["mass", "stiffness", "yield_force", "height", "damping_ratio"]
     scatter = {name: wd.RandomValue(wd.Normal(0, 1)) for name in names[:variables]}
     sampler = Sampler(BUILDING, scatter, {}, "monte_carlo", 2**21, 7)
-    normals = sampler._normals(rows, None)
+    normals = sampler._normals(rows)
     pairs = philox.normals(7, rows[:, None], Purpose.STRUCTURE, np.arange((variables + 1) // 2))
     # Two inverses of the normal distribution, each within a few units in its last place.
     np.testing.assert_allclose(normals.T, pairs.reshape(rows.size, -1)[:, :variables], rtol=2e-15)

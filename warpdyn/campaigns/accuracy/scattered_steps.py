@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from warpdyn.campaigns.integration.dynamics import Vibration
@@ -74,7 +76,8 @@ def shorten_steps(run: Ensemble, vibration: Vibration, findings: StabilityFindin
     row, step = run.row[begins], np.maximum.reduceat(schedule.step, begins)
 
     def longest_of(row: np.ndarray, duration: np.ndarray) -> np.ndarray:
-        period, decay, stable = vibration.period[row], vibration.decay[row], vibration.stable_step[row]
+        # A decay that was not computed counts as 0, which gives shorter bounds.
+        period, decay, stable = vibration.period[row], np.nan_to_num(vibration.decay[row]), vibration.stable_step[row]
         return longest_steps(run.model, period, decay, stable, duration, is_default=divides)
 
     bound = longest_of(row, np.maximum.reduceat(duration, begins))
@@ -82,6 +85,8 @@ def shorten_steps(run: Ensemble, vibration: Vibration, findings: StabilityFindin
     if not doubtful.any():
         return
     samples = np.flatnonzero(np.repeat(doubtful, np.diff(begins, append=run.row.size)))
+    if np.isnan(vibration.decay).any():
+        vibration = with_decay(run, vibration, np.unique(run.row[samples]))
     longest = longest_of(run.row[samples], duration[samples])
     long = is_too_long(schedule.step[samples], longest)
     if not long.any():
@@ -94,6 +99,14 @@ def shorten_steps(run: Ensemble, vibration: Vibration, findings: StabilityFindin
     before = schedule.substeps[samples]
     substeps = accurate_substeps(schedule.step[samples], before, longest).astype(np.int64)
     run.schedule = run.restepped(samples, substeps)
+
+
+def with_decay(run: Ensemble, vibration: Vibration, structures: np.ndarray) -> Vibration:
+    """Return the vibration of the structures of a run with the decay of some of them (indices)."""
+    model, drawn = run.model, {name: values[structures] for name, values in run.drawn.items()}
+    decay = vibration.decay.copy()
+    decay[structures] = model.dynamics.vibration_of(drawn, model.method, model.threads).decay
+    return replace(vibration, decay=decay)
 
 
 def is_too_long(step: np.ndarray, longest: np.ndarray) -> np.ndarray:

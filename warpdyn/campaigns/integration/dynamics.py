@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -26,7 +26,7 @@ class Vibration:
 
     Args:
         period: First period [s], shape [structure].
-        decay: Slowest rate of decay of free vibration [1/s], shape [structure].
+        decay: Slowest rate of decay of free vibration [1/s], shape [structure]; NaN if it was not computed.
         stable_step: Longest step at which the integration method is stable [s], shape [structure].
         rayleigh: Rayleigh factors of mass [1/s] and stiffness [s], shape [structure, 2]; 0 without Rayleigh damping.
     """
@@ -38,7 +38,17 @@ class Vibration:
 
     def select(self, structures: np.ndarray) -> Vibration:
         """Return the vibration of the given structures (indices, which may repeat)."""
-        return Vibration(*(values[structures] for values in (self.period, self.decay, self.stable_step, self.rayleigh)))
+        return Vibration(*(values[structures] for values in self.columns))
+
+    @property
+    def columns(self) -> tuple[np.ndarray, ...]:
+        """The four arrays in the order of the arguments."""
+        return self.period, self.decay, self.stable_step, self.rayleigh
+
+    @staticmethod
+    def joined(parts: Sequence[Vibration]) -> Vibration:
+        """Return the vibration of several groups of structures, one after the other."""
+        return Vibration(*map(np.concatenate, zip(*(part.columns for part in parts), strict=True)))
 
 
 class Modes(NamedTuple):
@@ -81,6 +91,7 @@ class Dynamics(ABC):
         is_sensitive: Whether a small change of the step or the motion may change peak drifts a lot.
         couples_modes: Whether damping couples the undamped modes.
         needs_eigenvalues: Whether decay and stability may need the eigenvalues of full matrices.
+        is_checked_by_vibration: Whether the checks of drawn structures compute matrices that their vibration needs.
         steps_modes: Whether implicit methods integrate modes instead of degrees of freedom.
         histories: Names of the variables in whole histories.
         is_packed_in_parts: Whether the kernel's arrays can be computed for some structures at a time.
@@ -100,6 +111,7 @@ class Dynamics(ABC):
     is_sensitive: bool = False
     couples_modes: bool
     needs_eigenvalues: bool
+    is_checked_by_vibration: bool = False
     steps_modes: bool
     histories: tuple[str, ...]
     is_packed_in_parts: bool = True
@@ -134,19 +146,31 @@ class Dynamics(ABC):
     def vibration_of(self, drawn: Arrays, method: Method, threads: int = 1) -> Vibration:
         """Return the vibration of structures; periods: initial stiffness, stable steps: largest tangent stiffness."""
         count = len(next(iter(drawn.values()))) if drawn else 1
-        at_a_time = structures_of_a_part(count, threads)
+
+        def part(structures: slice) -> Vibration:
+            return Vibration(*self._vibration(self.parameters_of(drawn, structures), method))
+
+        return Vibration.joined(in_parts(part, count, threads, self.at_a_time(count, threads)))
+
+    def at_a_time(self, structures: int, threads: int) -> int:
+        """Return the number of structures whose vibration a thread computes at a time."""
+        found = structures_of_a_part(structures, threads)
         if self.needs_eigenvalues:
-            at_a_time = min(at_a_time, max(1, DOUBLES_AT_A_TIME // threads // (2 * self.structure.dofs) ** 2))
+            found = min(found, max(1, DOUBLES_AT_A_TIME // threads // (2 * self.structure.dofs) ** 2))
+        return found
 
-        def part(structures: slice) -> tuple[np.ndarray, ...]:
-            return self._vibration(self.parameters_of(drawn, structures), method)
-
-        found = in_parts(part, count, threads, at_a_time)
-        return Vibration(*(np.concatenate(values) for values in zip(*found, strict=True)))
+    def vibration_of_part(self, drawn: Arrays, method: Method, *, needs_decay: bool) -> Vibration:
+        """Return the vibration of a few structures; if the decay is not needed, it may be NaN."""
+        parameters = self.parameters_of(drawn)
+        return Vibration(*(self._vibration if needs_decay else self._without_decay)(parameters, method))
 
     @abstractmethod
     def _vibration(self, parameters: Arrays, method: Method) -> tuple[np.ndarray, ...]:
         """Return first period [s], slowest decay [1/s], longest stable step [s] and Rayleigh factors of structures."""
+
+    def _without_decay(self, parameters: Arrays, method: Method) -> tuple[np.ndarray, ...]:
+        """Return the result of `_vibration`. The decay is NaN if it takes most of the time."""
+        return self._vibration(parameters, method)
 
     @abstractmethod
     def modes(self, parameters: Arrays, excitation: Excitation, *, is_coupled: bool) -> Modes:

@@ -14,7 +14,7 @@ from warpdyn.campaigns.integration.model import Model, central_vibration, check_
 from warpdyn.campaigns.integration.sampler import Sampler
 from warpdyn.campaigns.integration.settings import DEFAULT_TOLERANCE, Execution, Integration, Settled
 from warpdyn.campaigns.integration.stability_guard import StabilityFindings
-from warpdyn.campaigns.integration.time_grid import build_schedule, build_timeline
+from warpdyn.campaigns.integration.time_grid import build_schedule, build_timeline, durations_need_decay
 from warpdyn.engine.kernels.queues import Queue, open_queues
 from warpdyn.engine.methods.defaults import FALLBACK
 from warpdyn.engine.methods.table import METHODS, check_fits
@@ -64,10 +64,23 @@ class Run:
         return [StabilityFindings(count, self.integration.method, name) for count, name in counts]
 
     def draw(self, structures: np.ndarray) -> Drawn:
-        """Return the scattered parameters and the vibration of the given structures (increasing indices)."""
-        threads = self.model.threads
-        drawn = self.sampler.draw(structures, threads)
-        return drawn, self.model.dynamics.vibration_of(drawn, self.model.method, threads)
+        """Return the scattered parameters and the vibration of the given structures (increasing indices).
+
+        The decay is NaN if the durations of samples do not depend on it and its computation takes most of the time.
+        """
+        dynamics, method, threads = self.model.dynamics, self.model.method, self.model.threads
+        if not (self.sampler.scatter and dynamics.is_checked_by_vibration):
+            drawn = self.sampler.draw(structures, threads)
+            return drawn, dynamics.vibration_of(drawn, method, threads)
+        found: dict[int, Vibration] = {}
+        needs_decay = durations_need_decay(self.model.scene)
+
+        def vibrate(part: slice, drawn: Arrays) -> None:  # in the thread whose caches contain the drawn values
+            found[part.start] = dynamics.vibration_of_part(drawn, method, needs_decay=needs_decay)
+
+        at_a_time = dynamics.at_a_time(structures.size, threads)
+        drawn = self.sampler.draw(structures, threads, at_a_time=at_a_time, then=vibrate)
+        return drawn, Vibration.joined([found[first] for first in sorted(found)])
 
     def events(
         self, structures: np.ndarray, queue: Queue, known: Drawn | None = None

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Callable, Collection, Mapping
 
 import numpy as np
 
 from warpdyn.engine.kernels.arguments import lane_rows
-from warpdyn.engine.kernels.auxiliary.sampling import correlate_normals, fill_uniforms
+from warpdyn.engine.kernels.auxiliary.sampling import correlate_normals, entries_of, fill_uniforms
 from warpdyn.engine.kernels.build import CPU_LANES
 from warpdyn.foundations.core.checks import check_memory
 from warpdyn.foundations.core.messages import amount_of
@@ -66,6 +66,7 @@ class Sampler:
                 )
         self.structure, self.scatter, self.seed = structure, scatter, seed
         self.variables, self.factor = correlation_factor(structure, scatter, correlation)
+        self._entries_of_factor = entries_of(self.factor)
         self._points: np.ndarray | None = None
         self._sobol: SobolPoints | None = None
         if not self.variables:
@@ -94,7 +95,14 @@ class Sampler:
         return np.zeros((1, 1)) if self._points is None else self._points
 
     def draw(
-        self, structures: np.ndarray, threads: int = 1, *, is_all: bool = True, only: Collection[str] | None = None
+        self,
+        structures: np.ndarray,
+        threads: int = 1,
+        *,
+        is_all: bool = True,
+        only: Collection[str] | None = None,
+        at_a_time: int | None = None,
+        then: Callable[[slice, dict[str, np.ndarray]], object] = lambda part, drawn: None,
     ) -> dict[str, np.ndarray]:
         """Return the scattered parameters of the given structures by name, shape [structure, storey] or [structure].
 
@@ -107,18 +115,19 @@ class Sampler:
             is_all: Whether all other parameters have their nominal values. Then the drawn values are also checked for
                 contradictions with the nominal values. Give False with `only`.
             only: Names of the parameters to return; None: all.
+            at_a_time: Number of structures that a thread draws at a time; None: chosen by the number of threads.
+            then: Called in the same thread with each slice of `structures` and its checked parameters.
 
         Raises:
             ValueError: If a drawn value is out of the bounds of its parameter; the message names the parameter, the
                 structure and the storey.
         """
-        points = self._points_of(structures)
         nominal = self.structure.nominal_values
         names = self.scatter.keys() if only is None else only
         drawn = {name: np.empty((*nominal[name].shape, structures.size)).T for name in self.scatter if name in names}
 
         def fill(part: slice) -> None:
-            normals = self._normals(structures[part], None if points is None else points[part])
+            normals = self._normals(structures[part])
             end = 0
             for name, spread in self.scatter.items():
                 first, end = end, end + spread.variables(self.structure.length_of(name))
@@ -129,9 +138,11 @@ class Sampler:
                 if not isinstance(spread, GivenValues):
                     values = self.structure.tied(name, values)
                 drawn[name][part] = values.T
-            self._check({name: values[part] for name, values in drawn.items()}, structures[part], is_all)
+            own_drawn = {name: values[part] for name, values in drawn.items()}
+            self._check(own_drawn, structures[part], is_all)
+            then(part, own_drawn)
 
-        in_parts(fill, structures.size, threads, structures_of_a_part(structures.size, threads))
+        in_parts(fill, structures.size, threads, at_a_time or structures_of_a_part(structures.size, threads))
         return drawn
 
     def check_given_and_medians(self) -> None:
@@ -179,12 +190,9 @@ class Sampler:
             shifted = f" (structure 0 of this message is structure {structures[0]})" if structures[0] else ""
             raise ValueError(f"drawn{shifted}: {problem}; {REMEDY_OF_COMBINATIONS}")
 
-    def _normals(self, structures: np.ndarray, points: np.ndarray | None) -> np.ndarray:
-        """Return correlated standard normal values, shape [variable, structure].
-
-        The values are computed from points in (0, 1), shape [structure, variable], or from random numbers if `points`
-        is None.
-        """
+    def _normals(self, structures: np.ndarray) -> np.ndarray:
+        """Return correlated standard normal values, shape [variable, structure], from points or random numbers."""
+        points = self._points_of(structures)
         values = lane_rows(len(self.variables), structures.size, CPU_LANES, 0.5)
         if not self.variables:
             return values
@@ -192,7 +200,7 @@ class Sampler:
             fill_uniforms(values, self.seed, structures)
         else:  # a point at exactly 0 would give an infinite normal value
             np.clip(points.T, 2.0**-54, 1 - 2.0**-53, out=values[:, : structures.size])
-        correlate_normals(values, self.factor)
+        correlate_normals(values, self._entries_of_factor)
         return values[:, : structures.size]
 
     def _points_of(self, structures: np.ndarray) -> np.ndarray | None:

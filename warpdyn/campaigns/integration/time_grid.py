@@ -239,6 +239,12 @@ def build_schedule(
     return Schedule(columns[0], columns[1], columns[2], columns[3], assignment.repeats)
 
 
+def durations_need_decay(scene: Scene) -> bool:
+    """Return whether `tail_of` reads the decay of structures, in at least one event."""
+    is_read = "residual" in scene.recorders or len(scene.excitation.event_names) > 1
+    return is_read and scene.excitation.has_tail and scene.tail is None
+
+
 def tail_of(
     scene: Scene, period: np.ndarray, decay: np.ndarray, comes_to_rest: bool = False
 ) -> tuple[np.ndarray, np.ndarray]:

@@ -97,6 +97,11 @@ def relaxation_limit(method: Method) -> float:
     return float(polynomial_limits(of_memory.stability_polynomial, np.ones(1))[0])
 
 
+def reads_eigenvalues(method: Method) -> bool:
+    """Return whether `stable_step_of_eigenvalues` depends on the eigenvalues, as for Runge-Kutta methods."""
+    return isinstance(method, ExplicitMethod) and not method.is_nystroem
+
+
 def stable_step_of_eigenvalues(
     method: Method, eigenvalues: np.ndarray, highest_frequency: np.ndarray, damping_rate: np.ndarray
 ) -> np.ndarray:
@@ -141,14 +146,22 @@ def stable_step_of_eigenvalues(
             f"eigenvalues{_first(growing)} is {eigenvalues[growing][0]:.6g} 1/s: a motion that grows freely has no "
             "stable step. Check that the damping and the stiffness are not negative"
         )
-    if not isinstance(method, ExplicitMethod) or method.is_nystroem:
-        frequency = _above_zero("highest_frequency", highest_frequency)
-        rate = _at_least_zero("damping_rate", damping_rate)
-        return _looked_up(_table_of_worst, method, frequency, rate / (2 * frequency))
+    if not reads_eigenvalues(method):
+        return stable_step_of_worst(method, highest_frequency, damping_rate)
     moving = size > 0
     size = np.where(moving, size, 1.0)
     ratio = np.clip(-eigenvalues.real / size, 0.0, 1.0)
     return np.where(moving, _looked_up(_table, method, size, ratio), np.inf).min(axis=1)
+
+
+def stable_step_of_worst(method: Method, highest_frequency: np.ndarray, damping_rate: np.ndarray) -> np.ndarray:
+    """Return the smallest limit of all oscillators with at most these frequencies and damping rates [s].
+
+    Arguments and shapes: see `stable_step_of_eigenvalues`.
+    """
+    frequency = _above_zero("highest_frequency", highest_frequency)
+    rate = _at_least_zero("damping_rate", damping_rate)
+    return _looked_up(_table_of_worst, method, frequency, rate / (2 * frequency))
 
 
 def stable_step_of_yielding(
@@ -172,11 +185,9 @@ def stable_step_of_yielding(
     Returns:
         Step [s], shape [structure].
     """
-    frequency = _above_zero("highest_frequency", highest_frequency)
-    rate = _at_least_zero("damping_rate", damping_rate)
-    step = _looked_up(_table_of_worst, method, frequency, rate / (2 * frequency))
+    step = stable_step_of_worst(method, highest_frequency, damping_rate)
     with np.errstate(divide="ignore"):
-        return np.minimum(elastic_step, np.where(step > 0, step, relaxation_limit(method) / rate))
+        return np.minimum(elastic_step, np.where(step > 0, step, relaxation_limit(method) / damping_rate))
 
 
 def _nodes(method: Method) -> tuple[np.ndarray, np.ndarray]:

@@ -30,9 +30,9 @@ def scaled_stiffness(mass: np.ndarray, stiffness: np.ndarray) -> tuple[np.ndarra
     """Return the inverse of the lower factor L of M = L L^T, and L^-1 K L^-T, shape [structure, dof, dof]."""
     diagonal = np.einsum("sii->si", mass)
     if are_diagonal(mass).all() and (diagonal > 0).all():
-        lower = _diagonal_matrices(1 / np.sqrt(diagonal))
-    else:
-        lower = np.linalg.inv(np.linalg.cholesky(mass))
+        root = 1 / np.sqrt(diagonal)
+        return diagonal_matrices(root), stiffness * root[:, :, None] * root[:, None, :]
+    lower = np.linalg.inv(np.linalg.cholesky(mass))
     return lower, lower @ stiffness @ lower.transpose(0, 2, 1)
 
 
@@ -40,10 +40,10 @@ def inverses(mass: np.ndarray) -> np.ndarray:
     """Return the inverse of matrices whose diagonals have no 0, shape [structure, dof, dof]."""
     if not are_diagonal(mass).all():
         return np.linalg.inv(mass)
-    return _diagonal_matrices(1 / np.einsum("sii->si", mass))
+    return diagonal_matrices(1 / np.einsum("sii->si", mass))
 
 
-def _diagonal_matrices(values: np.ndarray) -> np.ndarray:
+def diagonal_matrices(values: np.ndarray) -> np.ndarray:
     """Return matrices with these diagonals, shape [structure, dof], and zeros besides them."""
     found = np.zeros((*values.shape, values.shape[1]))
     np.einsum("sii->si", found)[...] = values
@@ -66,8 +66,10 @@ def have_only_eigenvalues_above(matrices: np.ndarray, least: np.ndarray) -> bool
         matrices: Symmetric matrices, shape [structure, dof, dof].
         least: Limits, shape [structure].
     """
+    shifted = np.array(matrices)
+    np.einsum("sii->si", shifted)[...] -= least[:, None]
     try:
-        factors = np.linalg.cholesky(matrices - least[:, None, None] * np.eye(matrices.shape[1]))
+        factors = np.linalg.cholesky(shifted)
     except np.linalg.LinAlgError:
         return False
-    return bool(np.isfinite(factors).all())  # LAPACK does not refuse NaN
+    return bool(np.isfinite(np.einsum("sii->si", factors)).all())  # LAPACK does not refuse NaN

@@ -7,13 +7,14 @@ import hashlib
 import html
 import json
 from collections.abc import Iterable, Mapping, Sequence
-from functools import cached_property
+from functools import cache, cached_property
 from typing import Any
 
 import numpy as np
 
 NAMED_BY_SHAPE = "array of shape "  # text that replaces an array longer than LONGEST_ARRAY
 LONGEST_ARRAY = 1024  # values; JSON contains only the shape of longer arrays
+SCALARS = (bool, int, float, str)
 MOST_CELLS = 12  # values of a row that a table shows
 
 
@@ -57,66 +58,82 @@ def fingerprint(*values: object) -> str:
 
     Equal numbers that are not in arrays have the same hash, whether they are integers or floats, of Python or NumPy.
     """
-    digest = hashlib.sha256()
-    _feed(digest, values)
+    digest, texts = hashlib.sha256(), list[str]()
+    _feed(digest, texts, values)
+    digest.update("".join(texts).encode())
     return digest.hexdigest()
 
 
-def _feed(digest: hashlib._Hash, value: Any) -> None:
-    """Add a value to a hash, with its class and length; elements and attributes of the value are added recursively."""
+def _feed(digest: hashlib._Hash, texts: list[str], value: Any) -> None:
+    """Add a value to a hash, with its class and length; elements and attributes of the value are added recursively.
+
+    Args:
+        digest: The hash.
+        texts: Texts that are not yet in the hash. They are added before the numbers of the next array.
+        value: The value.
+    """
     kind = type(value)
     if kind is str:  # first, because most values are texts, tuples and lists; exact types are found fastest
         text = repr(value)
-        digest.update(f"str:{len(text)}:{text}".encode())
+        texts.append(f"str:{len(text)}:{text}")
         return
+    if kind is dict:
+        value, kind = value.items(), list
     if kind is tuple or kind is list:
-        digest.update(f"[{len(value)}".encode())
+        texts.append(f"[{len(value)}")
         for item in value:
-            _feed(digest, item)
+            _feed(digest, texts, item)
         return
     if isinstance(value, np.generic):
         value = value.item()
-    if value is None or isinstance(value, bool | int | float | str):
+    if value is None or isinstance(value, SCALARS):
         if isinstance(value, float) and value.is_integer():
             value = int(value)
         text = repr(value)
         name = "number" if isinstance(value, int | float) and not isinstance(value, bool) else type(value).__name__
-        digest.update(f"{name}:{len(text)}:{text}".encode())
+        texts.append(f"{name}:{len(text)}:{text}")
         return
     if isinstance(value, np.ndarray) and value.dtype.kind != "O":
         array = np.ascontiguousarray(value)
-        digest.update(f"{array.dtype.str}{array.shape}".encode())
+        texts.append(f"{array.dtype.str}{array.shape}")
+        digest.update("".join(texts).encode())
+        texts.clear()
         digest.update(array.reshape(-1).view(np.uint8).data)  # without a copy, which may take 100 MB
         return
     if isinstance(value, Mapping):
         value = list(value.items())
     if isinstance(value, list | tuple | np.ndarray):
-        digest.update(f"[{len(value)}".encode())
+        texts.append(f"[{len(value)}")
         for item in value:
-            _feed(digest, item)
+            _feed(digest, texts, item)
         return
     if callable(value) and hasattr(value, "__qualname__"):
         written = getattr(value, "written", "")  # the text of a user's storey law
-        digest.update(f"{value.__module__}.{value.__qualname__}{written};".encode())
+        texts.append(f"{value.__module__}.{value.__qualname__}{written};")
         return
     value = getattr(value, "read_from_json", value)  # equal after it was written to JSON and read again
     kind = type(value)
-    digest.update(f"<{kind.__module__}.{kind.__qualname__}".encode())
+    texts.append(f"<{kind.__module__}.{kind.__qualname__}")
     if hasattr(value, "own_fingerprint"):  # an immutable object that keeps its hash
-        digest.update(value.own_fingerprint.encode())
+        texts.append(value.own_fingerprint)
         return
     if dataclasses.is_dataclass(value):
         held = {field.name: getattr(value, field.name) for field in dataclasses.fields(value)}
     elif hasattr(value, "__dict__"):
-        # Cached properties are not part of the value.
-        kept = {name for each in kind.__mro__ for name, of in vars(each).items() if isinstance(of, cached_property)}
-        held = {name: item for name, item in vars(value).items() if name not in kept}
+        computed = _cached_properties(kind)  # type: ignore[arg-type] # classes are hashable
+        held = {name: item for name, item in vars(value).items() if name not in computed}
     else:
         raise TypeError(
             f"a {kind.__name__} has no fingerprint, so a run with it cannot be identified: "
             f"{value!r}. Give a dataclass or an object with attributes"
         )
-    _feed(digest, sorted(held.items()))
+    _feed(digest, texts, sorted(held.items()))
+
+
+@cache
+def _cached_properties(kind: type) -> set[str]:
+    """Return the names of the cached properties of a class, which are not part of the value of an object."""
+    return {name for each in kind.__mro__ for name, of in vars(each).items() if isinstance(of, cached_property)}
 
 
 class Text(str):

@@ -17,7 +17,7 @@ from importlib.resources import files
 import numpy as np
 
 BITS = 30  # binary digits of a coordinate (SciPy's default); the sequence ends after 2^30 points
-TABLE_BITS = 10  # a table has one row for each value of 10 bits of the index of a point
+TABLE_BITS = 10  # a table has one column for each value of 10 bits of the index of a point
 
 
 class SobolPoints:
@@ -53,31 +53,34 @@ class SobolPoints:
         scrambling = np.tril(generator.integers(2, size=(dimensions, BITS, BITS), dtype=np.uint32), -1)
         scrambling |= np.eye(BITS, dtype=np.uint32)
         digits = scrambling @ _direction_bits(dimensions) % 2  # [dimension, digit, bit of the Gray code]
-        numbers = np.einsum("dij,i->jd", digits, 1 << np.arange(BITS - 1, -1, -1, dtype=np.uint32))
-        self._tables = [(bits @ (1 << np.arange(BITS, dtype=np.uint32)))[np.newaxis]]
+        numbers = np.einsum("dij,i->jd", digits, 1 << np.arange(BITS - 1, -1, -1, dtype=np.uint32))[..., np.newaxis]
+        self._tables = [(bits @ (1 << np.arange(BITS, dtype=np.uint32)))[:, np.newaxis]]
         for bit in range((count - 1).bit_length()):
             if bit and bit % TABLE_BITS == 0:
-                self._tables.append(np.zeros((1, dimensions), np.uint32))
-            self._tables[-1] = np.concatenate([self._tables[-1], self._tables[-1] ^ numbers[bit]])
+                self._tables.append(np.zeros((dimensions, 1), np.uint32))
+            self._tables[-1] = np.concatenate([self._tables[-1], self._tables[-1] ^ numbers[bit]], axis=1)
 
     @property
     def digits(self) -> np.ndarray:
         """Binary digits of the random shift and of the direction number of each bit, shape [1 + bit, dimension]."""
-        shift = self._tables[0][0]
+        shift = self._tables[0][:, 0]
         rows = [shift]
         for place, table in enumerate(self._tables):
-            bits = (len(table) - 1).bit_length()
-            rows += [table[2**bit] ^ (shift if place == 0 else 0) for bit in range(bits)]
+            bits = (table.shape[1] - 1).bit_length()
+            rows += [table[:, 2**bit] ^ (shift if place == 0 else 0) for bit in range(bits)]
         return np.array(rows, np.uint32)
 
     def at(self, indices: np.ndarray) -> np.ndarray:
-        """Return the points with these indices (all below `count`), shape [index, dimension], values in [0, 1)."""
+        """Return the points with these indices (all below `count`), shape [index, dimension], values in [0, 1).
+
+        Values of successive indices are contiguous in memory.
+        """
         code = indices ^ (indices >> 1)
-        words, last = self._tables[0][code % 2**TABLE_BITS], code.max(initial=0)
+        words, last = self._tables[0].take(code % 2**TABLE_BITS, axis=1), code.max(initial=0)
         for place, table in enumerate(self._tables[1:], 1):
             if last >> (place * TABLE_BITS):  # otherwise, these bits of all indices are 0
-                words ^= table[(code >> (place * TABLE_BITS)) % 2**TABLE_BITS]
-        return words * 2.0**-BITS
+                words ^= table.take((code >> (place * TABLE_BITS)) % 2**TABLE_BITS, axis=1)
+        return (words * 2.0**-BITS).T
 
 
 @cache

@@ -10,7 +10,7 @@ import numpy as np
 from warpdyn.campaigns.integration.dynamics import Arrays, Dynamics, Modes, slowest_decay
 from warpdyn.campaigns.integration.lumped.rounding import LARGEST_ERROR, error_of_float32
 from warpdyn.engine.kernels.lumped.pattern import OF_ENERGIES, PAIR, Pattern, Table, table_of, values_in
-from warpdyn.engine.kernels.modes.damped_modes import damped_motions
+from warpdyn.engine.kernels.modes.damped_modes import damped_motions, damping_rate
 from warpdyn.engine.kernels.output_table import HISTORY, OF_SPRINGS
 from warpdyn.engine.laws.biaxial.functions import biaxial_functions
 from warpdyn.engine.laws.building_law import BuildingLaw
@@ -19,10 +19,15 @@ from warpdyn.engine.laws.contacts.parameters import HertzContact
 from warpdyn.engine.laws.elastic.parameters import Elastic
 from warpdyn.engine.laws.ibarra_medina_krawinkler import branchless_rules, capped_rules
 from warpdyn.engine.laws.springs import StoreyRules, Variant, number_of_coefficients
-from warpdyn.engine.methods.stability_limits import stable_step_of_eigenvalues, stable_step_of_yielding
+from warpdyn.engine.methods.stability_limits import (
+    reads_eigenvalues,
+    stable_step_of_eigenvalues,
+    stable_step_of_worst,
+    stable_step_of_yielding,
+)
 from warpdyn.engine.methods.state_matrices import highest_damping_rate
 from warpdyn.engine.methods.table import Method
-from warpdyn.engine.methods.undamped_modes import inverses, squared_frequencies, undamped
+from warpdyn.engine.methods.undamped_modes import are_diagonal, inverses, squared_frequencies, undamped
 from warpdyn.model.ground_motions.excitation import Excitation
 from warpdyn.model.structures.lumped.biaxial_spring import BiaxialSpring
 from warpdyn.model.structures.lumped.matrices import of_springs_only, without_rounding
@@ -43,7 +48,7 @@ class LumpedDynamics(Dynamics):
 
     structure: LumpedStructure
     viscous_dampers, physics = "none", ()
-    steps_modes, couples_modes, needs_eigenvalues = False, True, True
+    steps_modes, couples_modes, needs_eigenvalues, is_checked_by_vibration = False, True, True, True
     histories = (*(name for name in HISTORY if name != "storey_force"), *OF_SPRINGS)
     peak = ("peak_spring_deformation", "spring")
 
@@ -51,7 +56,7 @@ class LumpedDynamics(Dynamics):
         super().__init__(structure, representative)
         values = of_springs_only({**structure.parameters, **representative})
         self.springs, self.pairs = laws_of(structure)
-        self.law_rows = rows_of_laws(structure)
+        self.law_rows = _as_range(rows_of_laws(structure))
         self.biaxial_law: StoreyRules | None = None
         of_springs = self._of(self.springs, values)
         self.law, self.variants = self.springs.rules(of_springs), self.springs.variants(of_springs)
@@ -156,7 +161,8 @@ class LumpedDynamics(Dynamics):
         first = len(self.structure.springs) - PAIR * self.structure.pairs
         rows = self.law_rows if law is self.springs else slice(first, None, PAIR)
         by_spring = self.structure.is_by_storey
-        return {name: each[..., rows] if by_spring(name) else each for name, each in values.items()}
+        # The transpose, so that values of successive structures stay contiguous in memory.
+        return {name: each.T[rows].T if by_spring(name) else each for name, each in values.items()}
 
     def _coefficients(self, law: BuildingLaw, parameters: Arrays, variants: Variants) -> np.ndarray:
         """Return the coefficients of the laws of springs, shape [spring x coefficient, structure]."""
@@ -164,7 +170,7 @@ class LumpedDynamics(Dynamics):
         shape = values["stiffness"].shape
         read, springs = law.coefficients(values, variants), shape[1]
         rows: slice | list[int] = slice(None)
-        if law is self.springs and isinstance(self.law_rows, list):  # other springs have coefficients of 0
+        if law is self.springs and self.structure.column_line is not None:  # other springs have coefficients of 0
             read, rows = read[: number_of_coefficients(self.law)], self.law_rows
             springs = len(self.structure.springs)
         found = np.zeros((springs, len(read), shape[0]))
@@ -177,7 +183,8 @@ class LumpedDynamics(Dynamics):
         structure, count = self.structure, len(parameters["mass"])
         mass = structure.mass_matrices(parameters)
         inverse = inverses(mass)
-        inverse = without_rounding((inverse + inverse.transpose(0, 2, 1)) / 2, ROUNDED)
+        if not are_diagonal(inverse).all():
+            inverse = without_rounding((inverse + inverse.transpose(0, 2, 1)) / 2, ROUNDED)
         elastic = structure.linear_matrices(parameters) - structure.geometric_matrices(parameters)
         outputs = structure.output_matrices(parameters)
         influence = structure.influences(parameters)
@@ -188,7 +195,7 @@ class LumpedDynamics(Dynamics):
         return {
             "deformation": np.broadcast_to(structure.directions, (count, *structure.directions.shape)),
             "inverse_mass": inverse,
-            "stiffness": elastic + np.zeros_like(mass),
+            "stiffness": np.broadcast_to(elastic, mass.shape),
             "damping": structure.damping_between_dofs(parameters, rayleigh),
             "drive": drive,
             "unmoved": influence - drive,
@@ -197,15 +204,24 @@ class LumpedDynamics(Dynamics):
             "output": np.broadcast_to(outputs, (count, *outputs.shape[1:])),
         }
 
-    def _vibration(self, parameters: Arrays, method: Method) -> tuple[np.ndarray, ...]:
+    def _vibration(self, parameters: Arrays, method: Method, *, has_decay: bool = True) -> tuple[np.ndarray, ...]:
         structure = self.structure
         mass, elastic = structure.mass_matrices(parameters), structure.stiffness_matrices(parameters)
-        squared, shapes = undamped(mass, elastic)
+        shapes = None
+        if has_decay:
+            squared, shapes = undamped(mass, elastic)
+        else:
+            squared = np.maximum(squared_frequencies(mass, elastic), 0.0)
         frequency = np.sqrt(squared)
         rayleigh = structure.rayleigh(parameters, frequency)
         damping = structure.damping_matrices(parameters, rayleigh)
-        eigenvalues, rate = damped_motions(mass, damping, elastic, squared, shapes)
-        stable = stable_step_of_eigenvalues(method, eigenvalues, frequency[:, -1], rate)
+        if shapes is None:
+            decay, rate = np.full(len(mass), np.nan), damping_rate(mass, damping)
+            stable = stable_step_of_worst(method, frequency[:, -1], rate)
+        else:
+            eigenvalues, rate = damped_motions(mass, damping, elastic, squared, shapes)
+            decay = slowest_decay(eigenvalues)
+            stable = stable_step_of_eigenvalues(method, eigenvalues, frequency[:, -1], rate)
         if not self.forces.is_linear:
             law, of_springs = structure.storey_law, of_springs_only(parameters)
             highest, stiffest = frequency[:, -1], law.stiffest(of_springs)
@@ -224,7 +240,10 @@ class LumpedDynamics(Dynamics):
                 rate = highest_damping_rate(mass, damping + structure.of_springs(steepest))
             rate = np.maximum(rate, law.relaxation_rate(of_springs).max(axis=-1))
             stable = stable_step_of_yielding(method, highest, rate, stable)
-        return 2 * np.pi / frequency[:, 0], slowest_decay(eigenvalues), stable, rayleigh.T
+        return 2 * np.pi / frequency[:, 0], decay, stable, rayleigh.T
+
+    def _without_decay(self, parameters: Arrays, method: Method) -> tuple[np.ndarray, ...]:
+        return self._vibration(parameters, method, has_decay=reads_eigenvalues(method))
 
     def modes(self, parameters: Arrays, excitation: Excitation, *, is_coupled: bool) -> Modes:
         """Raise an error: no method of lumped structures integrates modes."""
@@ -279,6 +298,13 @@ def rows_of_laws(structure: LumpedStructure) -> slice | list[int]:
     if line is None:
         return slice(len(structure.springs) - PAIR * structure.pairs)
     return [spring for spring in line.springs if spring >= 0 and spring not in line.linear] or [0]
+
+
+def _as_range(rows: slice | list[int]) -> slice | list[int]:
+    """Return indices as a slice, which copies no values, if they follow one another."""
+    if isinstance(rows, list) and rows == list(range(rows[0], rows[0] + len(rows))):
+        return slice(rows[0], rows[0] + len(rows))
+    return rows
 
 
 def _near(values: np.ndarray, others: np.ndarray) -> np.ndarray:

@@ -57,9 +57,8 @@ def elimination_kernel() -> wp.Kernel:
         pivots: wp.array2d(dtype=wp.int32),
         rows: wp.array2d(dtype=wp.int32),
         products: wp.array2d(dtype=wp.int32),
-        coefficients: wp.array2d(dtype=double),  # [structure, coefficient]
-        loads: wp.array2d(dtype=double),  # [structure, displacement]
-        forces: wp.array2d(dtype=row),  # [group of structures, displacement]
+        coefficients: wp.array2d(dtype=row),  # [group of structures, coefficient]
+        forces: wp.array2d(dtype=row),  # [group of structures, displacement]; input: loads
         entries: wp.array2d(dtype=row),  # [group of structures, entry]
         is_stable: wp.array2d(dtype=wp.bool),  # [group of structures, lane]
     ):
@@ -70,19 +69,15 @@ def elimination_kernel() -> wp.Kernel:
         share = row()
         stable = row()
         one, zero = double(1.0), double(0.0)
-        last = coefficients.shape[0] - 1  # lanes that are left over in the last group repeat the last structure
         for entry in range(constant.shape[0]):
             for j in range(LANES):
                 value[j] = constant[entry]
             for term in range(starts[entry], starts[entry + 1]):
-                factor, place = factors[term], places[term]
+                factor = factors[term]
+                share = coefficients[group, places[term]]
                 for j in range(LANES):
-                    value[j] += factor * coefficients[wp.min(group * LANES + j, last), place]
+                    value[j] += factor * share[j]
             entries[group, entry] = value
-        for displacement in range(forces.shape[1]):
-            for j in range(LANES):
-                value[j] = loads[wp.min(group * LANES + j, last), displacement]
-            forces[group, displacement] = value
         for j in range(LANES):
             stable[j] = one
         for pivot in range(pivots.shape[0] - 1):
@@ -128,11 +123,10 @@ def eliminated(
     kernel, row = loaded(elimination_kernel()), wp.types.vector(length=CPU_LANES, dtype=wp.float64)
     count = len(coefficients)
     groups = -(-count // CPU_LANES)
-    entries = np.empty((groups, shared.constant.size, CPU_LANES))
-    forces, is_stable = np.empty((groups, loads.shape[1], CPU_LANES)), np.empty((groups, CPU_LANES), dtype=bool)
-    given = [*shared, coefficients, loads]
-    inputs = [wp.array(each, dtype=wp.dtype_from_numpy(each.dtype), device="cpu", copy=False) for each in given]
-    inputs += [wp.array(each, dtype=row, device="cpu", copy=False) for each in (forces, entries)]
+    entries, is_stable = np.empty((groups, shared.constant.size, CPU_LANES)), np.empty((groups, CPU_LANES), dtype=bool)
+    rows, forces = _in_lanes(coefficients), _in_lanes(loads)
+    inputs = [wp.array(each, dtype=wp.dtype_from_numpy(each.dtype), device="cpu", copy=False) for each in shared]
+    inputs += [wp.array(each, dtype=row, device="cpu", copy=False) for each in (rows, forces, entries)]
     inputs.append(wp.array(is_stable, dtype=wp.bool, device="cpu", copy=False))
     wp.launch(kernel, dim=groups, inputs=inputs, device="cpu")
 
@@ -144,3 +138,17 @@ def eliminated(
         by_structure(forces[:, kept] if forces.size else forces),
         is_stable.ravel()[:count],
     )
+
+
+def _in_lanes(values: np.ndarray) -> np.ndarray:
+    """Return values, shape [structure, value], in the shape [group of structures, value, lane].
+
+    Lanes that are left over in the last group repeat the last structure.
+    """
+    count, size = values.shape
+    found = np.empty((-(-count // CPU_LANES), size, CPU_LANES))
+    whole = count // CPU_LANES
+    found[:whole] = values[: whole * CPU_LANES].T.reshape(size, whole, CPU_LANES).swapaxes(0, 1)
+    if whole < len(found):
+        found[whole] = values[np.minimum(np.arange(whole * CPU_LANES, (whole + 1) * CPU_LANES), count - 1)].T
+    return found

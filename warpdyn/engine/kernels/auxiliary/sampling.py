@@ -56,33 +56,32 @@ def normals_kernel(lanes: int) -> wp.Kernel:
 
     @wp.kernel(module="unique", enable_backward=False, module_options=module_options(max_unroll=1))
     def make_normals(
-        factor: wp.array2d(dtype=wp.float64),  # lower triangular factor of the correlation matrix
-        values: wp.array2d(dtype=wp.float64),  # [variable, structure]
+        # Lower triangular factor of the correlation matrix: first entry of each row, and columns and values of entries.
+        starts: wp.array(dtype=wp.int32),
+        columns: wp.array(dtype=wp.int32),
+        factor: wp.array(dtype=wp.float64),
+        values: wp.array2d(dtype=row),  # [variable, group of structures]
     ):
         align_rows()
-        first = wp.tid() * LANES
-        normal = row()
+        group = wp.tid()
         total = row()
         variables = values.shape[0]
         for variable in range(variables):
-            for j in range(LANES):
-                normal[j] = values[variable, first + j]
+            normal = values[variable, group]
             for j in range(LANES):
                 normal[j] = normal_of(normal[j])
-            for j in range(LANES):
-                values[variable, first + j] = normal[j]
+            values[variable, group] = normal
         # Each variable is a sum over the earlier ones, so the last one is replaced first.
         for back in range(variables):
             variable = variables - 1 - back
             for j in range(LANES):
                 total[j] = wp.float64(0.0)
-            for k in range(variable + 1):
-                share = factor[variable, k]
-                if share != wp.float64(0.0):
-                    for j in range(LANES):
-                        total[j] += share * values[k, first + j]
-            for j in range(LANES):
-                values[variable, first + j] = total[j]
+            for entry in range(starts[variable], starts[variable + 1]):
+                share = factor[entry]
+                one = values[columns[entry], group]
+                for j in range(LANES):
+                    total[j] += share * one[j]
+            values[variable, group] = total
 
     return make_normals
 
@@ -102,13 +101,26 @@ def fill_uniforms(values: np.ndarray, seed: int, numbers: np.ndarray) -> None:
     wp.launch(loaded(uniforms_kernel(CPU_LANES)), dim=into.shape[1] // CPU_LANES, inputs=arguments, device="cpu")
 
 
-def correlate_normals(values: np.ndarray, factor: np.ndarray) -> None:
+def entries_of(factor: np.ndarray) -> tuple[np.ndarray, ...]:
+    """Return the entries of a matrix that are not 0, row by row.
+
+    Returns:
+        First entry of each row and, at the end, the number of entries; columns of the entries; their values.
+    """
+    rows, columns = np.nonzero(factor)
+    starts = np.searchsorted(rows, np.arange(len(factor) + 1))
+    return starts.astype(np.int32), columns.astype(np.int32), factor[rows, columns]
+
+
+def correlate_normals(values: np.ndarray, factor: tuple[np.ndarray, ...]) -> None:
     """Replace uniform by correlated standard normal random numbers, by the inverse of the distribution function.
 
     Args:
         values: Input: independent numbers in (0, 1). Output: normal numbers. Shape [variable, structure]; an array from
             `lane_rows`.
-        factor: Lower triangular factor of the correlation matrix, shape [variable, variable].
+        factor: Result of `entries_of` for the lower triangular factor of the correlation matrix.
     """
-    arrays = [wp.array(array, dtype=wp.float64, copy=False, device="cpu") for array in (factor, values)]
-    wp.launch(loaded(normals_kernel(CPU_LANES)), dim=values.shape[1] // CPU_LANES, inputs=arrays, device="cpu")
+    arrays = [wp.array(array, copy=False, device="cpu") for array in factor]
+    groups, row = values.reshape(len(values), -1, CPU_LANES), wp.types.vector(length=CPU_LANES, dtype=wp.float64)
+    arrays.append(wp.array(groups, dtype=row, copy=False, device="cpu"))
+    wp.launch(loaded(normals_kernel(CPU_LANES)), dim=groups.shape[1], inputs=arrays, device="cpu")

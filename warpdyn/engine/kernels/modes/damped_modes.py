@@ -11,7 +11,7 @@ from warpdyn.engine.device.processor import align_rows, module_options
 from warpdyn.engine.kernels.build import CPU_LANES
 from warpdyn.engine.kernels.kernel_cache import loaded
 from warpdyn.engine.methods.state_matrices import state_eigenvalues
-from warpdyn.engine.methods.undamped_modes import are_diagonal
+from warpdyn.engine.methods.undamped_modes import are_diagonal, squared_frequencies
 
 ROUNDED = 1e-14  # change of an eigenvalue over its size, or damping between modes over that of modes
 MOST_ITERATIONS = 12
@@ -161,11 +161,24 @@ def damped_motions(
     found, is_found = _of_modes(squared, modal)
     if not is_found.all():
         found[~is_found] = state_eigenvalues(*(each[~is_found] for each in (mass, damping, stiffness)))
+    return found, damping_rate(mass, damping, modal)
+
+
+def damping_rate(mass: np.ndarray, damping: np.ndarray, modal: np.ndarray | None = None) -> np.ndarray:
+    """Return the result of `highest_damping_rate` for symmetric damping matrices.
+
+    Args:
+        mass: Mass matrices [kg], shape [structure, dof, dof].
+        damping: Damping matrices [N s/m], symmetric and not negative, shape [structure, dof, dof].
+        modal: Damping matrices in modes of unit modal mass [1/s]; None if the modes are not known.
+    """
     rate = (np.einsum("sii->si", damping) / np.einsum("sii->si", mass)).max(axis=1)
     others = np.flatnonzero(~(are_diagonal(damping) & are_diagonal(mass)))
-    if others.size:
+    if others.size and modal is None:
+        rate[others] = squared_frequencies(mass[others], damping[others])[:, -1]
+    elif others.size:
         rate[others] = np.linalg.eigvalsh(modal[others])[:, -1]
-    return found, np.maximum(rate, 0.0)
+    return np.maximum(rate, 0.0)
 
 
 def _of_modes(squared: np.ndarray, modal: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

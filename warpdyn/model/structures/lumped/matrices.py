@@ -222,7 +222,7 @@ class LumpedMatrices:
     def damping_between_dofs(self, values: Values, rayleigh: np.ndarray) -> np.ndarray:
         """Return the damping matrices without dashpots and without the part in proportion to the mass [N s/m]."""
         count, dofs = len(values["mass"]), len(self.dof_names)
-        found = np.zeros((count, dofs, dofs)) + self.matrices.get("damping_matrix", 0.0)
+        found = np.broadcast_to(self.matrices.get("damping_matrix", 0.0), (count, dofs, dofs))
         if "stiffness_matrix" in self.matrices and rayleigh[1].any():
             found = found + rayleigh[1][:, None, None] * self.elastic_matrices(values)
         if self.damping == "modal":
@@ -237,7 +237,7 @@ class LumpedMatrices:
     def damping_matrices(self, values: Values, rayleigh: np.ndarray) -> np.ndarray:
         """Return the damping matrices at rest [N s/m], shape [structure, dof, dof]."""
         found = self.damping_between_dofs(values, rayleigh) + self.of_springs(self.dashpots(values, rayleigh))
-        return found + rayleigh[0][:, None, None] * self.mass_matrices(values)
+        return found + rayleigh[0][:, None, None] * self.mass_matrices(values) if rayleigh[0].any() else found
 
     def central_matrices(self, values: Values) -> dict[str, np.ndarray]:
         """Return mass, stiffness and damping matrix of one structure; `values` have no dimension structure."""

@@ -38,7 +38,7 @@ from warpdyn.model.structures.frames.hinges.values import (
     values_of,
 )
 from warpdyn.model.structures.frames.members.elements import Sections, beam_stiffness
-from warpdyn.model.structures.frames.members.reduced_matrices import AT_A_TIME
+from warpdyn.model.structures.frames.members.reduced_matrices import AT_A_TIME, are_equal
 from warpdyn.model.structures.lumped.matrices import StaticSystem
 from warpdyn.model.structures.lumped.spring import Spring
 
@@ -236,13 +236,12 @@ class HingedFrame(HingedStructure):
         """Return the values of the layout, shape [value, structure]; the last are the stiffnesses of the hinges."""
         count = len(values["mass"])
         given = [np.atleast_2d(values.get(name, nominal)) for name, nominal in self._sections_by_name.items()]
-        given = [each[:1] if (each == each[:1]).all() else each for each in given]
+        given = [each[:1] if are_equal(each) else each for each in given]
         most = max(map(len, given))
-        sections = [np.broadcast_to(each, (most, each.shape[1])) for each in given]
         of_hinges = np.broadcast_to(values["stiffness"], (count, len(self.springs)))[:, len(self.frame.storey_drifts) :]
         found = np.zeros((0, count))
         for first in range(0, most, AT_A_TIME):
-            part = Sections(*(each[first : first + AT_A_TIME] for each in sections))
+            part = Sections(*(each if len(each) == 1 else each[first : first + AT_A_TIME] for each in given))
             own, drifts = self._values_of(part), self._drifts_under_gravity(part)
             rows = packed(self.column_line, self.joints, own, drifts, self.softening_of_storeys)
             if first == 0:

@@ -83,7 +83,8 @@ def packed(
         softening: Storey shear of P-Delta per drift [N/m], shape [storey, storey].
     """
     count, free = max(map(len, (*values, drifts))), line.free
-    rows = [values.bending[..., [0, 0, 1], [0, 1, 1]].reshape(len(values.bending), -1)]
+    bending = np.moveaxis(values.bending, 0, -1)[:, [0, 0, 1], [0, 1, 1]]
+    rows = [bending.reshape(-1, bending.shape[-1]).T]
     if line.has_member_loads:
         rows.append(values.member_loads.reshape(len(values.member_loads), -1))
     for first, places in ((0, line.chords), (free, line.chord_storeys)):
@@ -96,11 +97,11 @@ def packed(
         (line.between_storeys, free, free),
     ):
         upper, lower = np.array(pairs, int).reshape(-1, 2).T
-        rows.append(values.linear[:, row + upper, column + lower])
+        rows.append(np.moveaxis(values.linear, 0, -1)[row + upper, column + lower].T)
     if line.lengths["moment"]:
         of_members = np.abs(values.member_loads).max(axis=(1, 2))[:, None]
         largest = np.maximum(np.abs(values.loads).max(axis=1, keepdims=True), of_members)
         # One product for each structure, whose bits do not depend on the others.
         rows += [values.loads[:, list(line.loads)], drifts, (drifts[:, None] @ softening)[:, 0]]
         rows.append(LEAST_SHARE * line.storeys * largest)
-    return np.concatenate([np.broadcast_to(each, (count, each.shape[-1])).T for each in rows])
+    return np.concatenate([np.broadcast_to(each.T, (each.shape[1], count)) for each in rows])

@@ -119,20 +119,21 @@ def values_of(
     springs = frame.geometry.end_springs.copy()
     springs[members] = np.where(hinged.is_hinge, np.inf, springs[members])
     geometry = replace(frame.geometry, end_springs=springs)
-    others = stiffness_coefficients(geometry, sections)
+    # Values of successive structures are contiguous in memory, here and in the results.
+    others = np.moveaxis(stiffness_coefficients(geometry, sections), 0, -1)
     axial = np.flatnonzero(hinged.is_axial)
     braces = np.array(members)[axial]
-    bending = others[:, members][..., [[1, 2], [2, 3]]]
-    bending[:, axial] = 0.0
-    bending[:, axial, 0, 0] = ELASTIC_PART * others[:, braces, 0]
-    others[:, members, 1:] = 0.0
-    others[:, braces, 0] = 0.0
-    if (others == others[:1]).all():
-        others = others[:1]
+    bending = others[np.array(members)[:, None, None], [[1, 2], [2, 3]]]
+    bending[axial] = 0.0
+    bending[axial, 0, 0] = ELASTIC_PART * others[braces, 0]
+    others[members, 1:] = 0.0
+    others[braces, 0] = 0.0
+    if (others == others[..., :1]).all():
+        others = others[..., :1]
     size = joints.to_free.shape[1]
-    linear = (joints.of_members @ others.reshape(len(others), -1).T).T.reshape(-1, size, size) + permanent.linear
+    linear = np.moveaxis((joints.of_members @ others.reshape(-1, others.shape[-1])).reshape(size, size, -1), -1, 0)
     loads, member_loads = _gravity(frame, joints, members, permanent, geometry, sections)
-    return FrameValues(bending, linear, member_loads, loads)
+    return FrameValues(np.moveaxis(bending, -1, 0), linear + permanent.linear, member_loads, loads)
 
 
 def geometric_stiffness(frame: Frame) -> np.ndarray:
@@ -189,11 +190,11 @@ def _gravity(
     frame: Frame, joints: Joints, members: list[int], permanent: Permanent, geometry: Geometry, sections: Sections
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return the gravity loads on unknowns and drifts, and the moments at the ends of members with hinges."""
-    found = np.zeros((len(sections.inertia), len(members), 2))
     nodal = permanent.nodal @ joints.to_free
+    if not permanent.fixed.any():
+        return nodal[None], np.zeros((1, len(members), 2))
     loaded, own = _end_forces(permanent, geometry, sections)
-    if not loaded.size:
-        return nodal[None], found[:1]
+    found = np.zeros((len(own), len(members), 2))
     # The moments of members with hinges and the shear forces that balance them are forces of the kernel's members.
     rows = np.flatnonzero(np.isin(loaded, members))
     moments = own[:, rows][..., ROTATIONS]

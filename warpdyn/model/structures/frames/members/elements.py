@@ -19,7 +19,7 @@ TRANSLATIONS = [0, 1, 3, 4]
 
 @dataclass(frozen=True)
 class Sections:
-    """Section properties of all members; arrays of shape [..., member].
+    """Section properties of all members; arrays of shape [..., member], or [1, member] if all structures share them.
 
     Attributes:
         modulus: Elastic modulus E [Pa].
@@ -94,7 +94,7 @@ def beam_stiffness(geometry: Geometry, sections: Sections) -> np.ndarray:
     axial = sections.modulus * sections.area / length
     phi = shear_ratio(geometry, sections)
     bending = np.where(geometry.is_bar, 0.0, sections.modulus * sections.inertia / ((1 + phi) * length**3))
-    found = np.zeros((*axial.shape, 6, 6))
+    found = np.zeros((*np.broadcast_shapes(axial.shape, bending.shape), 6, 6))
     found[..., 0, 0] = found[..., 3, 3] = axial
     found[..., 0, 3] = found[..., 3, 0] = -axial
     near, far = (4 + phi) * length**2, (2 - phi) * length**2
@@ -124,19 +124,25 @@ def stiffness_coefficients(geometry: Geometry, sections: Sections) -> np.ndarray
     springs = geometry.end_springs.T
     start = _share_of_spring(springs[0], near)
     end = start if np.array_equal(*springs) else _share_of_spring(springs[1], near)
-    near /= 1 - (1 - start) * (1 - end) * square
+    eased = 1 - end
+    near /= 1 - (1 - start) * eased * square
+    axial = sections.modulus * sections.area / length
     # Values of successive structures are contiguous in memory, as those of drawn properties.
-    found = np.moveaxis(np.empty((length.size, 4, *near.shape[:-1])), (0, 1), (-2, -1))
-    found[..., 0] = sections.modulus * sections.area / length
+    shape = np.broadcast_shapes(near.shape, axial.shape)
+    found = np.moveaxis(np.empty((length.size, 4, *shape[:-1])), (0, 1), (-2, -1))
+    found[..., 0] = axial
     of_start = near * start
-    found[..., 1] = of_start * (1 - (1 - end) * square)
-    found[..., 2] = of_start * end * carried
-    found[..., 3] = near * end * (1 - (1 - start) * square)
+    np.multiply(of_start, 1 - eased * square, out=found[..., 1])
+    of_start *= end
+    np.multiply(of_start, carried, out=found[..., 2])
+    found[..., 3] = found[..., 1] if end is start else near * end * (1 - (1 - start) * square)
     return found
 
 
 def _share_of_spring(spring: np.ndarray, near: np.ndarray) -> np.ndarray:
     """Return s / (s + near): 1 for a rigid connection or a member without bending stiffness, 0 for a hinge."""
+    if np.isinf(spring).all():
+        return np.ones(spring.shape)
     with np.errstate(invalid="ignore"):
         return np.where(np.isinf(spring) | (near <= 0), 1.0, spring / (spring + near))
 

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from warpdyn.engine.methods.undamped_modes import are_diagonal, diagonal_matrices
 from warpdyn.model.structures.frames.members.condensation import BUCKLES, Condensation
 from warpdyn.model.structures.frames.members.elements import Sections, stiffness_coefficients
 from warpdyn.model.structures.frames.members.forces import force_names, force_rows
@@ -28,6 +29,11 @@ MEMBER_PARAMETERS = {  # name -> (units, name in words), in the order of `Sectio
 AT_A_TIME, MOST_VALUES = 512, 2**23
 # The frame and the section properties that a thread has reduced last, and the result: several matrices need it.
 _last = threading.local()
+
+
+def are_equal(values: np.ndarray) -> bool:
+    """Return whether all structures have equal values, shape [structure, ...]."""
+    return values.strides[0] == 0 or bool((values == values[:1]).all())  # a distance of 0: they share memory
 
 
 class ReducedMatrices(LumpedStructure):
@@ -52,8 +58,10 @@ class ReducedMatrices(LumpedStructure):
 
     def mass_matrices(self, values: Mapping[str, np.ndarray]) -> np.ndarray:
         """Return the mass matrices [kg]: the nominal matrix, scaled by the masses of the degrees of freedom."""
-        factor = np.sqrt(values["mass"] / self.nominal_mass)
-        return self._part("mass", values) * factor[:, :, None] * factor[:, None, :]
+        factor, mass = np.sqrt(values["mass"] / self.nominal_mass), self._part("mass", values)
+        if len(mass) == 1 and are_diagonal(mass).all():
+            return diagonal_matrices(np.diag(mass[0]) * factor * factor)
+        return mass * factor[:, :, None] * factor[:, None, :]
 
     def load_masses(self, values: Mapping[str, np.ndarray]) -> np.ndarray:
         """Return symmetric matrices whose product with the influence is the load of the whole frame [kg]."""
@@ -90,13 +98,11 @@ class ReducedMatrices(LumpedStructure):
     def _parts(self, values: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
         """Return the reduced matrices that depend on the sections."""
         given = [np.atleast_2d(values.get(name, nominal)) for name, nominal in self._sections_by_name.items()]
-        given = [each[:1] if len(each) > 1 and (each == each[:1]).all() else each for each in given]
+        given = [each[:1] if are_equal(each) else each for each in given]
         frame, last = getattr(_last, "reduced", (lambda: None, []))
         if frame() is self and all(np.array_equal(*pair) for pair in zip(last[0], given, strict=True)):
             return dict(last[1])
-        count = max(map(len, given))
-        sections = Sections(*(np.broadcast_to(each, (count, each.shape[1])) for each in given))
-        found = self._reduced(sections)
+        found = self._reduced(Sections(*given))
         kept = [[each.copy() for each in given], found]
         _last.reduced = weakref.ref(self, lambda _: kept.clear()), kept
         return dict(found)
@@ -131,9 +137,9 @@ class ReducedMatrices(LumpedStructure):
         """Return the reduced matrices that depend on the sections."""
         if self.constant:
             return self._condensed(sections)
-        count, size = len(sections.modulus), self.frame.numbering.free.size
+        values = np.broadcast_arrays(sections.modulus, sections.area, sections.inertia)
+        count, size = len(values[0]), self.frame.numbering.free.size
         step = max(1, min(AT_A_TIME, MOST_VALUES // (size * size)))
-        values = sections.modulus, sections.area, sections.inertia
         parts = [
             self._reduced_part(Sections(*(each[first : first + step] for each in values)))
             for first in range(0, count, step)
