@@ -116,7 +116,8 @@ UNROLLED_SLOPES = 40  # methods that keep all slopes: largest storeys times stag
 STOREYS_OF_KNOWN_BLOCKS = 3
 # Frames with bilinear hinges and up to four column lines in float32: blocks that run at once on a multiprocessor. Four
 # leave 128 registers for each thread. Measured on an H200 for 10,000 frames of ten storeys and three bays: 0.051 s with
-# 128 registers, 0.054 s with 168, and 0.055 s with as many as the compiler wants (225).
+# 128 registers, 0.054 s with 168, and 0.055 s with as many as the compiler wants (225). If peaks of hinges are
+# recorded, values of 160 words are in memory with 128 registers, and of 24 words without a limit.
 LINES_OF_FULL_BLOCKS, BLOCKS_OF_YIELDING_MEMBERS = 4, 4
 
 
@@ -223,8 +224,10 @@ def _known_block(plan: Plan) -> int | tuple[int, int] | None:
 
     None: no assumption.
     """
-    if has_yielding_members(plan) and plan.dtype == "float32" and plan.frame_storeys.lines <= LINES_OF_FULL_BLOCKS:
-        return THREADS_OF_A_BLOCK, BLOCKS_OF_YIELDING_MEMBERS
+    keeps_hinges = "spring" in plan.recorders  # with their values, 128 registers are too few
+    if has_yielding_members(plan) and plan.dtype == "float32" and not keeps_hinges:
+        if plan.frame_storeys.lines <= LINES_OF_FULL_BLOCKS:
+            return THREADS_OF_A_BLOCK, BLOCKS_OF_YIELDING_MEMBERS
     return THREADS_OF_A_BLOCK if _is_alone_on_gpu(plan) and plan.dofs >= STOREYS_OF_KNOWN_BLOCKS else None
 
 

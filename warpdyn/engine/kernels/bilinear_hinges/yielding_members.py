@@ -83,6 +83,7 @@ def declare():
     plastic = end_rows()  # plastic rotation of the last accepted state, minus the rotation by loads on the member
     plastic_now = end_rows()
     turn_of_loads = end_rows()  # rotation of the ends by loads on the member, if both ends rotate freely
+    hinge_flexibility = end_rows()  # of hinges before they yield, if they are recorded
     yields = indices()  # a bit for each hinge that yields
     wrong = indices()  # a bit for each hinge with the wrong branch
 
@@ -114,6 +115,8 @@ def read_spring_row():
         yield_reach[i - N, j] = softness[i - N, j] * stiffness_of_hinge * c[YIELD_DRIFT]
         end_of_member = 3 * ((i - N) // 2) + 2 * ((i - N) % 2)
         flexibility[end_of_member, j] += dtype(1.0) / stiffness_of_hinge
+        if KEEPS_HINGES:
+            hinge_flexibility[i - N, j] = dtype(1.0) / stiffness_of_hinge
         if MEMBER_LOADS:
             plastic[i - N, j] -= turn_of_loads[i - N, j]
 
@@ -249,8 +252,7 @@ def judge_hinge():
     beyond_limit = wp.where(wp.abs(back) > wp.abs(reach), beyond_limit | (1 << judged), beyond_limit)
     if KEEPS_HINGES:
         i = N + judged
-        slot("storey_coefficients")
-        rotation_of_hinge = found_plastic + own_moment / (c[HARDENING_STIFFNESS] + c[YIELDING_STIFFNESS])
+        rotation_of_hinge = found_plastic + own_moment * hinge_flexibility[judged, j]
         if MEMBER_LOADS:
             rotation_of_hinge += turn_of_loads[judged, j]
         deformation[i, j] = dtype(0.0) - rotation_of_hinge
