@@ -84,8 +84,8 @@ def test_branches_of_hinges_give_the_results_of_a_cpu(
         assert largest_error(expected, found, name) < 1e-6, name
     single = wd.simulate(scene, device=device, **settings | {"dtype": "float32"})
     for name in PEAKS:
-        # In float32 it is 5e-5, and drifts are integrated from rounded values. The error of a rotation is a share of the
-        # largest one, because some hinges hardly turn.
+        # In float32 it is 5e-5, and drifts are integrated from rounded values. The error of a rotation is a share of
+        # the largest one, because some hinges hardly turn.
         due, seen = (each[name].isel(sample=slice(2)).values for each in (expected, single))
         assert np.abs(seen - due).max() < 2e-3 * np.abs(due).max(), name
 
