@@ -122,7 +122,7 @@ def recorded(run):
     found, structures = traced_structures(run), run.structures
     every = np.arange(structures)
     inputs = {"nominal": found.nominal, "number": every, "s": every}
-    inputs["z"] = run.sampler._normals(every, run.sampler._points_of(every))[:, :structures]
+    inputs["z"] = run.sampler._normals(every)[:, :structures]
     inputs |= {f"given_{place}": values for place, values in enumerate(found.given)}
     known = {}
 

@@ -72,7 +72,7 @@ def test_structures_out_of_bounds_are_counted():
     how, where = Integration(method="rk4", dtype="float64"), Execution(device="cpu")
     spread = {"mass": wd.RandomFactor(wd.Normal(1.0, 0.5))}  # of 60 masses, a few are below 0
     run = build_run(scene(building(), scatter=spread), STRUCTURES, how, where, seed=3)
-    normals = run.sampler._normals(np.arange(STRUCTURES), run.sampler._points_of(np.arange(STRUCTURES)))
+    normals = run.sampler._normals(np.arange(STRUCTURES))
     expected = np.count_nonzero(1 + 0.5 * normals[0] <= 0)
     assert expected > 0
     assert prepared(run, 0, STRUCTURES)[2] == expected
