@@ -96,22 +96,22 @@ def test_loads_of_joints_in_kilonewtons_are_warned_of(make):
         with_loads(make, "J", 1e-3)
 
 
-def with_loads_of_beams(load: float, masses: bool = True) -> wd.Frame:
+def with_loads_of_beams(load: float) -> wd.Frame:
     arguments = portal().description()
     arguments["nodes"] = {name: row | {"gravity_load": 0.0} for name, row in arguments["nodes"].items()}
     arguments["members"]["B1_1"]["gravity_load"] = load
-    arguments["masses"] = {name: 1e3 if masses else 0.0 for name in arguments["masses"]} if masses else {}
+    arguments["masses"] = {}
     return wd.Frame(**arguments)
 
 
 def test_a_load_per_length_in_kilonewtons_is_warned_of():
-    with_loads_of_beams(25e3, masses=False)
-    with_loads_of_beams(60.0, masses=False)  # a light steel member
-    with_loads_of_beams(10.0, masses=False)  # a unit load
+    with_loads_of_beams(25e3)
+    with_loads_of_beams(60.0)  # a light steel member
+    with_loads_of_beams(10.0)  # a unit load
     with pytest.warns(
         UserWarning, match="median gravity_load of the members is 25 N/m .*: if given in kN/m, .* 2.5e.04"
     ):
-        with_loads_of_beams(25.0, masses=False)
+        with_loads_of_beams(25.0)
 
 
 def with_loads_of_nodes(load: float, scale: float = 1.0) -> wd.Frame:
@@ -137,6 +137,8 @@ def test_static_loads_in_kilonewtons_are_warned_of(recwarn):
     for loads in ({"floor 1": {"fx": 25e3}}, {"J1_1": {"fy": -5e3}}, {"floor 1": {"fx": 1.0}}, {"J1_1": {"mz": 10.0}}):
         frame.static(loads)
     frame.static({"floor 1": {"fx": 2.0}}, gravity=True)
+    for pattern in ((1.0, 3.0), (0.25, 0.75), (0.333, 0.667), (0.4, 1.0)):
+        frame.static({name: {"fx": load} for name, load in zip(("floor 1", "J1_1"), pattern, strict=True)})
     frame.static(member_loads={"B1_1": {"qy": -25e3}})
     assert not recwarn.list
     meant = "under the static loads over the size .*|static loads over the weight .*"

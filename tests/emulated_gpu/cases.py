@@ -40,11 +40,14 @@ def grid(law, storeys=3, bays=2, *, hinge_stiffness=None, **loads):
 BILINEAR = {"law": "bilinear", "hardening_ratio": 0.02}
 PLASTIC = {"law": "elastic_perfectly_plastic"}
 FLAGGED = SETTINGS | {"on_unstable": "flag"}
+PEAKS = ("peak_output", "peak_spring_deformation", "peak_spring_force", "peak_acceleration")
+ALSO_ALONE = {"bilinear"}  # cases of which each sample runs alone, too
 # Cases with the same structure and constants share their kernels.
 CASES = {
     "bilinear": (grid(BILINEAR, **LOADS), SETTINGS, {}),
     "perfectly plastic": (grid(PLASTIC, **LOADS), SETTINGS, {}),
     "rigid hinges": (grid(BILINEAR, hinge_stiffness=1e12, **LOADS), SETTINGS, {}),
+    "two storeys, float32": (grid(BILINEAR, 2, **LOADS), SETTINGS | {"dtype": "float32"}, {}),
     "one branch after the other": (grid(PLASTIC, **LOADS), SETTINGS, {"MOST_TOGETHER": 0}),
     "one solution": (grid(BILINEAR, **LOADS), FLAGGED, {"MOST_SOLUTIONS": 1}),
     "capped": (grid(IMK, **LOADS), SETTINGS, {}),

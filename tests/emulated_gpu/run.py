@@ -24,8 +24,8 @@ def address(name: str) -> int:
     return ctypes.cast(getattr(library, name), ctypes.c_void_p).value
 
 
-# Functions of CUDA that exchange values, written with those of the library. Each call of a device function of warpdyn
-# has a place of its own in the program.
+# Functions of CUDA that exchange values, written with those of the library. Each device function of warpdyn has a
+# place of its own in the program.
 EXCHANGES = f"""
 typedef int Whole;
 const Whole lane = ((Whole (*)()){address("thread_of_warp")}ul)();
@@ -123,6 +123,13 @@ if __name__ == "__main__":
         vars(yielding_members).update(constants)
         build._composed_kernel.cache_clear()
         found = outputs(scene, settings, is_gpu=True)
+        motions = scene.excitation.motions if name in cases.ALSO_ALONE else ()
+        alone = [outputs(replace(scene, excitation=wd.Cloud([each])), settings, is_gpu=True) for each in motions]
+        found |= {
+            f"{variable} alone": np.concatenate([each[f"{variable} True"] for each in alone])
+            for variable in cases.PEAKS
+            if alone
+        }
         vars(yielding_members).update(kept)
         build._composed_kernel.cache_clear()
         np.savez(Path(sys.argv[2]) / f"{name}.npz", sections=sections, **expected, **found)

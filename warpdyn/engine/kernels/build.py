@@ -117,7 +117,7 @@ STOREYS_OF_KNOWN_BLOCKS = 3
 # Frames with bilinear hinges and up to four column lines in float32: blocks that run at once on a multiprocessor. Four
 # leave 128 registers for each thread. Measured on an H200 for 10,000 frames of ten storeys and three bays: 0.051 s with
 # 128 registers, 0.054 s with 168, and 0.055 s with as many as the compiler wants (225). If peaks of hinges are
-# recorded, values of 160 words are in memory with 128 registers, and of 24 words without a limit.
+# recorded, 160 values of 4 bytes do not fit in 128 registers and are in local memory; without a limit, 24.
 LINES_OF_FULL_BLOCKS, BLOCKS_OF_YIELDING_MEMBERS = 4, 4
 
 

@@ -3,14 +3,17 @@
 This is for the threads of a GPU, which have few registers. The flexibility F of a member includes its hinges before
 they yield. With q, the rotations of its joints relative to its chord, p, the plastic rotations of its hinges, and m,
 the moments at its ends, q = F m + p. A hinge that does not yield keeps p. One that yields has |m - H p| = M, with the
-yield moment M and the slope H of the plastic rotation, so that p = m / H - M / H or m / H + M / H. Therefore
-m = T q - b, where T is the inverse of F, with 1 / H added for hinges that yield.
+yield moment M and H, the moment per plastic rotation, so that p = m / H - M / H or m / H + M / H. Therefore
+m = T q - b, where T is the inverse of F, with 1 / H added for hinges that yield, and b is the product of T with p of
+hinges that do not yield, and with -M / H or M / H of those that do.
 
 With fixed branches one solution is exact. The next one uses the branches that were found. Hardening is positive, so
-these are the conditions of a linear complementarity problem with a positive definite matrix. Its solution is unique,
-and it is found if each solution changes the branch of only the first hinge whose branch is wrong (Murty, 1974, Linear
-Algebra and its Applications 7). All wrong branches are changed together in the first solutions, which is faster but may
-not end (Judice and Pires, 1994, Computers and Operations Research 21).
+these are the conditions of a complementarity problem with lower and upper bounds and a positive definite matrix. Its
+solution is unique. If there are only lower bounds, it is found if each solution changes the branch of only the first
+hinge whose branch is wrong (Murty, 1974, Linear Algebra and its Applications 7). All wrong branches are changed
+together in the first solutions, which is faster but may not end (Judice and Pires, 1994, Computers and Operations
+Research 21).
+A sample without a solution after MOST_SOLUTIONS has the status not_converged.
 """
 
 from warpdyn.engine.kernels.hinges.frame_storeys import has_yielding_members
@@ -39,8 +42,6 @@ BORROWS = {
 
 MOST_TOGETHER = 8
 MOST_SOLUTIONS = 300
-# Largest error of a moment, relative to the largest mean moment at the ends of a column so far.
-TOLERANCE = {"float32": 5e-5, "float64": 1e-9}
 NO_MEMBER = 1e15  # flexibility, rad/(N m)
 LEAST_HARDENING = 1e-9  # relative to the initial stiffness of a hinge
 
@@ -58,12 +59,14 @@ def names(plan):
     import warp as wp
 
     from warpdyn.engine.device.extrema import times_sign_of
+    from warpdyn.engine.kernels.grids.joint_rotations import TOLERANCE
     from warpdyn.engine.kernels.plan import DTYPES
     from warpdyn.engine.laws.bilinear.parameters import Coefficient
 
     dtype = DTYPES[plan.dtype]
     return {
         "times_sign_of": times_sign_of,
+        # Of a moment, relative to the largest mean moment at the ends of a column so far.
         "balance": wp.constant(dtype(TOLERANCE[plan.dtype])),
         "least_hardening": wp.constant(dtype(LEAST_HARDENING)),
         "no_member": wp.constant(dtype(NO_MEMBER)),
@@ -158,21 +161,21 @@ def tie_members():
             tie[3 * member, j] = of_end * inverse
             tie[3 * member + 1, j] = of_both * inverse
             tie[3 * member + 2, j] = of_start * inverse
-            at_rest_of_start = yield_reach[2 * member, j]
-            at_rest_of_end = yield_reach[2 * member + 1, j]
+            free_turn_of_start = yield_reach[2 * member, j]
+            free_turn_of_end = yield_reach[2 * member + 1, j]
             if MEMBER_LOADS:
-                at_rest_of_start -= turn_of_loads[2 * member, j]
-                at_rest_of_end -= turn_of_loads[2 * member + 1, j]
-            at_rest_of_start = wp.where(start_yields, at_rest_of_start, plastic[2 * member, j])
-            at_rest_of_end = wp.where(end_yields, at_rest_of_end, plastic[2 * member + 1, j])
+                free_turn_of_start -= turn_of_loads[2 * member, j]
+                free_turn_of_end -= turn_of_loads[2 * member + 1, j]
+            free_turn_of_start = wp.where(start_yields, free_turn_of_start, plastic[2 * member, j])
+            free_turn_of_end = wp.where(end_yields, free_turn_of_end, plastic[2 * member + 1, j])
             if member < LINES:
                 chord = terms[FIRST_CHORD_STOREY + member, j] * drift_now[0, j]
-                at_rest_of_start += chord
-                at_rest_of_end += chord
-            start_share = tie[3 * member, j] * at_rest_of_start
-            bias[2 * member, j] = start_share + tie[3 * member + 1, j] * at_rest_of_end
-            end_share = tie[3 * member + 1, j] * at_rest_of_start
-            bias[2 * member + 1, j] = end_share + tie[3 * member + 2, j] * at_rest_of_end
+                free_turn_of_start += chord
+                free_turn_of_end += chord
+            start_share = tie[3 * member, j] * free_turn_of_start
+            bias[2 * member, j] = start_share + tie[3 * member + 1, j] * free_turn_of_end
+            end_share = tie[3 * member + 1, j] * free_turn_of_start
+            bias[2 * member + 1, j] = end_share + tie[3 * member + 2, j] * free_turn_of_end
 
 
 def load_yielding_joints():

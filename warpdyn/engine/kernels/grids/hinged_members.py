@@ -34,7 +34,7 @@ def wanted(plan):
 
 
 def values_held(plan):
-    return 5 * plan.line_of_thread.members
+    return 3 * plan.line_of_thread.members
 
 
 def names(plan):

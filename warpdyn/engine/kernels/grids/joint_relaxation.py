@@ -2,8 +2,9 @@
 
 The joints of a floor are solved exactly together, even and odd floors alternately. A column couples neighbouring floors
 by less than half of the stiffness at its ends, so each sweep divides the error by 10 to 20. Sweeps start from
-rotations that continue the last three states, and end when one changes no moment by more than the tolerance, or
-MOST_MOVE times the tolerance if no hinge softens.
+rotations that continue the last three states. They end when the largest change of a rotation, times the largest
+stiffness of a joint of the storey, is within the tolerance, or within MOST_MOVE times the tolerance if no hinge
+softens.
 """
 
 order = 6
@@ -89,13 +90,13 @@ def factorise_joints():
             for place in range(MEMBER_ENDS):
                 if place % 3 != 1 and tie[place, j] < dtype(0.0):  # a hinge softens
                     allowed_move[j] = balance
-        stiffest[j] = joint_stiffness[0, j]
+        stiffest[j] = wp.abs(joint_stiffness[0, j])  # below 0 if hinges soften
     for q in range(LINES):
         beam = 3 * (LINES + q) + 1
         for j in range(LANES):
             coupling_above[q, j] = from_thread(tie[3 * q + 1, j], thread_above)
             pivot = joint_stiffness[q, j]
-            stiffest[j] = larger(stiffest[j], pivot)
+            stiffest[j] = larger(stiffest[j], wp.abs(pivot))
             if q > 0:
                 pivot -= eliminated[q - 1, j] * tie[beam - 3, j]
             inverse_pivot[q, j] = reciprocal(pivot)

@@ -23,7 +23,7 @@ def first_value(plan):
 
 def values_held(plan):
     line = plan.line_of_thread
-    return 3 * line.members + 4 * line.free + 4 + line.values
+    return 5 * line.members + 4 * line.free + 4 + line.values
 
 
 def names(plan):

@@ -20,17 +20,22 @@ from warpdyn.model.structures.lumped.spring import Spring
 
 LARGEST_YIELD_ROTATION = 0.05  # rad, of the spring without its member; in messages
 ELASTIC_ROTATION = 100.0  # rad; a hinge with a larger yield rotation is meant to stay elastic
-STAYS_ELASTIC = "For a hinge that never yields, give {'law': 'elastic'}"
+STAYS_ELASTIC = "For one that never yields, give {'law': 'elastic'}"
 NEVER_YIELDS = 1e12  # N m, of a hinge that stays elastic
 # Words of storey laws in messages -> those of hinges. Names of parameters have underscores and are kept.
 WORDS_OF_HINGES = {
     r"\(storey yield force\)": "(yield moment [N m])",
+    r"\bstorey stiffness\b": "stiffness",
     r"\(drift ([^)]*)\)": r"(rotation \1 [rad])",
     r"\b[Dd]rift(s?)\b": r"rotation\1",
     r"\bforce(s?)\b": r"moment\1",
     r"(?<=\d) m\b": " rad",
 }
-WORDS_OF_BRACES = {r"\(storey yield force\)": "(axial yield force [N])", r"\bdrift(s?)\b": r"elongation\1"}
+WORDS_OF_BRACES = {
+    r"\(storey yield force\)": "(axial yield force [N])",
+    r"\bstorey stiffness\b": "stiffness",
+    r"\bdrift(s?)\b": r"elongation\1",
+}
 LAWS_OF_HINGES = (Elastic, Bilinear, ElasticPerfectlyPlastic, IbarraMedinaKrawinklerBilinear)
 
 

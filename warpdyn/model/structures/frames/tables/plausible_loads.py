@@ -54,10 +54,10 @@ def add_loads(findings: PlausibilityFindings, frame: Frame) -> None:
             _add_leaning(findings, on_leaning, loads - on_leaning, mass * STANDARD_GRAVITY)
     at_nodes = np.abs([load for load in nodal.values() if load])
     is_model = np.ptp(frame.coordinates, axis=0).max() < LARGEST_MODEL
-    if not mass and at_nodes.size and not is_model and not _are_powers_of_ten(at_nodes):
+    if not mass and at_nodes.size and not is_model and not _are_unit_loads(at_nodes):
         findings.add("node_gravity_load", float(at_nodes.max()))
     given = np.abs([load for load in per_length if load])
-    if given.size and not _are_powers_of_ten(given):
+    if given.size and not _are_unit_loads(given):
         findings.add("member_gravity_load", float(np.median(given)))
     _add_masses(findings, frame)
     _add_single_loads(findings, frame)
@@ -125,10 +125,19 @@ def _add_leaning(findings: PlausibilityFindings, on_leaning: float, others: floa
         findings.add("gravity_over_leaning", others / on_leaning)
 
 
-def _are_powers_of_ten(values: np.ndarray) -> bool:
-    """Return whether all values are powers of ten, as unit loads are."""
-    powers = np.log10(values)
-    return bool((np.abs(powers - np.round(powers)) < 1e-9).all())
+def _are_unit_loads(sizes: np.ndarray) -> bool:
+    """Return whether loads are unit loads or a pattern.
+
+    Their sum is 1, or the largest is a power of ten, or all are multiples of the smallest, which is a power of ten.
+    """
+
+    def is_power(value: float) -> bool:
+        return abs(np.log10(value) - round(np.log10(value))) < 1e-9
+
+    smallest, largest = float(sizes.min()), float(sizes.max())
+    multiples = sizes / smallest
+    are_multiples = bool((np.abs(multiples - np.round(multiples)) < 1e-6).all())
+    return (is_power(smallest) and are_multiples) or is_power(largest) or abs(float(sizes.sum()) - 1.0) < 2e-3
 
 
 def warn_of_small_static_loads(
@@ -136,7 +145,7 @@ def warn_of_small_static_loads(
 ) -> None:
     """Warn if static loads lead to very small displacements, mostly because they are in kN.
 
-    Powers of ten are unit loads, and a frame with an elastic modulus of 1 is dimensionless.
+    Patterns of unit loads are meant, and a frame with an elastic modulus of 1 is dimensionless.
 
     Args:
         frame: The frame.
@@ -147,7 +156,7 @@ def warn_of_small_static_loads(
     given = [value for row in nodal.values() for value in row.values()]
     given += [row[key] for row in on_members for key in ("qx", "qy", "px", "py")]
     sizes = np.abs([value for value in given if value])
-    if not sizes.size or _are_powers_of_ten(sizes) or (frame.nominal.modulus == 1.0).any():
+    if not sizes.size or _are_unit_loads(sizes) or (frame.nominal.modulus == 1.0).any():
         return
     findings = PlausibilityFindings()
     moved = float(np.abs(displacement[:, :2]).max()) / float(np.ptp(frame.coordinates, axis=0).max())

@@ -98,7 +98,7 @@ def _add_second_moments(findings: PlausibilityFindings, frame: Frame, radii: np.
 
     Second moments over squared areas of sections with similar areas are compared. Beams are often rigid on purpose, so
     that only those of columns can be too large. Second moments of leaning columns are often small on purpose, so that
-    only those of sections that are joined with others can be too small. A power of ten is meant.
+    only those of sections that are joined with others can be too small. A power of ten is that of a rigid member.
     """
     names, of_beams = list(frame.sections), [row["section"] for row in frame.members.values() if row["kind"] == "beam"]
     area, inertia = (np.array([row[key] for row in frame.sections.values()]) for key in ("area", "second_moment"))
