@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
@@ -65,6 +66,7 @@ def test_wrong_hinges_are_named(hinges, message):
     ("changes", "message"),
     [
         ({"members": {"C1_1": {"spring_start": None}}}, r"\('C1_1', 'start'\) has no spring.* spring_start="),
+        ({"members": {"C1_1": {"spring_start": math.inf}}}, r"has no spring.* spring_start=.*, a finite number"),
         ({"members": {"C1_1": {"spring_start": 0.0}}}, r"\('C1_1', 'start'\) is released"),
         ({"geometric_stiffness": "consistent"}, "geometric_stiffness='string'"),
         ({"masses": {"J1_1": {"ux": 0.0, "uy": 500.0, "rz": 0.0}}}, "'J1_1 uy' has the mass 500"),

@@ -133,7 +133,7 @@ def checked_hinges(frame: Frame, line: list[Storey], given: object) -> dict[tupl
         if np.isinf(frame.geometry.end_springs[known[place]]):
             raise ValueError(
                 f"hinges: the end {place!r} has no spring: give member {place[0]!r} spring_{place[1]}= the initial "
-                "stiffness of the hinge [N m/rad]"
+                "stiffness of the hinge [N m/rad], a finite number"
             )
         if not isinstance(row, Mapping) or "law" not in row:
             raise ValueError(f"hinges: {place!r} needs a dictionary with 'law', got {shortened(row)}")

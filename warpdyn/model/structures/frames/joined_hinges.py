@@ -93,7 +93,7 @@ def _hinges_by_end(frame: Frame, given: object) -> dict[End, dict[str, Any]]:
         if np.isinf(stiffness) or stiffness <= 0:
             raise ValueError(
                 f"{WHO}: the end {place!r} has no spring: give member {place[0]!r} spring_{place[1]}= the initial "
-                "stiffness of the hinge [N m/rad]"
+                "stiffness of the hinge [N m/rad], a finite number"
             )
         if not isinstance(row, Mapping) or "law" not in row:
             raise ValueError(f"{WHO}: {place!r} needs a dictionary with 'law', got {shortened(row)}")

@@ -106,7 +106,7 @@ def checked_hinges(frame: Frame, given: object) -> dict[tuple[str, str], dict[st
         if np.isinf(stiffness):
             raise ValueError(
                 f"hinges: the end {place!r} has no spring: give member {member!r} spring_{end}= the initial "
-                "stiffness of the hinge [N m/rad]"
+                "stiffness of the hinge [N m/rad], a finite number"
             )
         if "stiffness" in row:
             raise ValueError(f"hinges: remove stiffness of {place!r}: it is spring_{end} of member {member!r}")
