@@ -24,6 +24,7 @@ BORROWS = {
     "storey_members": (
         "largest_moment",
         "drift_now",
+        "give",
         "tie",
         "bias",
         "passed",
@@ -93,20 +94,15 @@ def declare():
 
 def read_sample():
     for member in range(MEMBERS):
-        first_value = FIRST_MEMBER + VALUES_OF_MEMBER * member
-        start_stiffness = terms[first_value, j]
-        mixed_stiffness = terms[first_value + 1, j]
-        end_stiffness = terms[first_value + 2, j]
-        determinant = start_stiffness * end_stiffness - mixed_stiffness * mixed_stiffness
-        inverse = wp.where(is_idle > 0, dtype(0.0), dtype(1.0) / determinant)
-        flexibility[3 * member, j] = wp.where(is_idle > 0, no_member, end_stiffness * inverse)
-        flexibility[3 * member + 1, j] = mixed_stiffness * inverse
-        flexibility[3 * member + 2, j] = wp.where(is_idle > 0, no_member, start_stiffness * inverse)
+        flexibility[3 * member, j] = wp.where(is_idle > 0, no_member, give[3 * member, j])
+        flexibility[3 * member + 1, j] = -give[3 * member + 1, j]
+        flexibility[3 * member + 2, j] = wp.where(is_idle > 0, no_member, give[3 * member + 2, j])
         if MEMBER_LOADS:
-            load_of_start = inverse * terms[FIRST_MEMBER_LOAD + 2 * member, j]
-            load_of_end = inverse * terms[FIRST_MEMBER_LOAD + 2 * member + 1, j]
-            turn_of_loads[2 * member, j] = end_stiffness * load_of_start - mixed_stiffness * load_of_end
-            turn_of_loads[2 * member + 1, j] = start_stiffness * load_of_end - mixed_stiffness * load_of_start
+            load_of_start = terms[FIRST_MEMBER_LOAD + 2 * member, j]
+            load_of_end = terms[FIRST_MEMBER_LOAD + 2 * member + 1, j]
+            of_both = give[3 * member + 1, j]
+            turn_of_loads[2 * member, j] = give[3 * member, j] * load_of_start + of_both * load_of_end
+            turn_of_loads[2 * member + 1, j] = give[3 * member + 2, j] * load_of_end + of_both * load_of_start
 
 
 def read_spring_row():

@@ -16,13 +16,10 @@ BORROWS = {
     "storey_members": (
         "largest_moment",
         "drift_now",
-        "storey_shear",
         "tie",
         "bias",
         "grown",
-        "turn_of_start",
-        "turn_of_end",
-        "moment_of_member",
+        "give",
         "is_idle",
     ),
     "hinge_lines": ("line_slope", "line_intercept", "least_rotation", "most_rotation"),
@@ -34,7 +31,7 @@ def wanted(plan):
 
 
 def values_held(plan):
-    return 3 * plan.line_of_thread.members
+    return plan.frame_storeys.count // plan.sections + 4
 
 
 def names(plan):
@@ -44,21 +41,11 @@ def names(plan):
 
 
 def declare():
-    give = member_rows()  # rotations of the ends of a member without hinges per moment: start, mixed, end
     leaving = indices()  # whether a hinge of the thread has left its line
-
-
-def read_sample():
-    for member in range(MEMBERS):
-        first_value = FIRST_MEMBER + VALUES_OF_MEMBER * member
-        start_stiffness = terms[first_value, j]
-        mixed_stiffness = terms[first_value + 1, j]
-        end_stiffness = terms[first_value + 2, j]
-        determinant = start_stiffness * end_stiffness - mixed_stiffness * mixed_stiffness
-        inverse = wp.where(is_idle > 0, dtype(0.0), dtype(1.0) / determinant)
-        give[3 * member, j] = end_stiffness * inverse
-        give[3 * member + 1, j] = -mixed_stiffness * inverse
-        give[3 * member + 2, j] = start_stiffness * inverse
+    storey_shear = storey_row()
+    turn_of_start = row()  # of the present member's joints, relative to its chord
+    turn_of_end = row()
+    moment_of_member = row()
 
 
 def factorise_joints():

@@ -23,7 +23,7 @@ def first_value(plan):
 
 def values_held(plan):
     line = plan.line_of_thread
-    return 5 * line.members + 4 * line.free + 4 + line.values
+    return 8 * line.members + 4 * line.free + 4 + line.values
 
 
 def names(plan):
@@ -89,15 +89,12 @@ def place():
 
 def declare():
     largest_moment = row()  # of the sample so far
-    storey_shear = storey_row()
     drift_now = storey_row()  # drifts of the present solution
     passed = line_rows()  # what each column passes on to the joint below it; last those of the storey above
+    give = member_rows()  # rotations of the ends of a member without hinges per moment: start, mixed, end
     tie = member_rows()  # stiffness of a member with hinges: start, mixed, end
     bias = end_rows()  # moments at the ends of a member whose joints do not turn relative to its chord
     turn_then = joint_rows()  # rotations of joints in the last accepted state
-    turn_of_start = row()  # of the present member's joints, relative to its chord
-    turn_of_end = row()
-    moment_of_member = row()
     pace = indices()  # 1 while a lane seeks its rotations, else 0
     failed_spring = indices()  # 1 + the hinge without equilibrium, or the first hinge if joints did not converge
     grown = int(0)  # whether the largest moment has grown
@@ -112,6 +109,16 @@ def read_sample():
         terms[FIRST_VALUE + q, j] = dtype(0.0)
         if at_term >= 0:
             terms[FIRST_VALUE + q, j] = structures.terms[at_term, s]
+    for member in range(MEMBERS):
+        first_value = FIRST_MEMBER + VALUES_OF_MEMBER * member
+        start_stiffness = terms[first_value, j]
+        mixed_stiffness = terms[first_value + 1, j]
+        end_stiffness = terms[first_value + 2, j]
+        determinant = start_stiffness * end_stiffness - mixed_stiffness * mixed_stiffness
+        inverse = dtype(1 - is_idle) / determinant
+        give[3 * member, j] = end_stiffness * inverse
+        give[3 * member + 1, j] = -mixed_stiffness * inverse
+        give[3 * member + 2, j] = start_stiffness * inverse
     if THREADS > 1:
         if is_idle > 0:
             for q in range(NO_MEMBERS):
