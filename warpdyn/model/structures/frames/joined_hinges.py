@@ -13,7 +13,8 @@ from warpdyn.foundations.core.plausibility import PlausibilityFindings, meant_as
 from warpdyn.foundations.core.plausibility.frames import CHECKS_OF_FRAMES
 from warpdyn.model.structures.frames.fishbone import fishbone, levels_of
 from warpdyn.model.structures.frames.frame import Frame
-from warpdyn.model.structures.frames.hinges.plausibility import STRONG_ROTATION, bending_stiffness
+from warpdyn.model.structures.frames.hinges.plausibility import STRONG_ROTATION
+from warpdyn.model.structures.frames.tables.plausible_springs import bending_stiffness
 
 ENDS = ("start", "end")
 SUMMED = ("yield_force",)
@@ -132,7 +133,7 @@ def _joined_hinge(
     strength = values.get("yield_force", stiffness)
     if "yield_force" in values and (strength > 0).all():  # HingedFishbone refuses others
         with np.errstate(divide="ignore"):
-            rotations = strength / bending_stiffness(frame, [names.index(member) for member, _ in ends])
+            rotations = strength / bending_stiffness(frame)[[names.index(member) for member, _ in ends]]
         usual = np.where(rotations < STRONG_ROTATION, rotations, np.nan)
         if np.isfinite(usual).any():
             weak, strong = int(np.nanargmin(usual)), int(np.nanargmax(usual))

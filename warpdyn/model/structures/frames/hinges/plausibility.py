@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from warpdyn.foundations.core.plausibility import PlausibilityFindings
 from warpdyn.model.structures.frames.column_line import ENDS
-from warpdyn.model.structures.frames.tables.plausible_springs import LEAST_SLENDERNESS, soft_ends
+from warpdyn.model.structures.frames.tables.plausible_springs import (
+    LEAST_SLENDERNESS,
+    bending_stiffness,
+    soft_ends,
+    spring_ratios,
+)
 
 if TYPE_CHECKING:
-    from warpdyn.model.structures.frames.frame import Frame
     from warpdyn.model.structures.frames.hinges.hinged_structure import HingedStructure
     from warpdyn.model.structures.lumped.biaxial_spring import Component
     from warpdyn.model.structures.lumped.spring import Spring
@@ -32,18 +35,6 @@ DETERIORATIONS = ("strength", "post_capping", "unloading")  # the first words of
 UNLIMITED_DETERIORATION = 1e3  # rad; hinges with larger deterioration drifts are meant not to deteriorate
 
 
-def bending_stiffness(frame: Frame, places: Sequence[int]) -> np.ndarray:
-    """Return 6 E I / L of members, the moments of both ends per rotation in double curvature [N m/rad].
-
-    Args:
-        frame: The frame.
-        places: Indices of the members.
-    """
-    nominal = frame.nominal
-    found: np.ndarray = 6 * nominal.modulus[places] * nominal.inertia[places] / frame.geometry.length[places]
-    return found
-
-
 def _values_of_hinges(structure: HingedStructure) -> dict[str, dict[str, float]]:
     """Return yield rotations of member ends, yield strains of braces and stiffness ratios, {check: {hinge: value}}.
 
@@ -57,7 +48,8 @@ def _values_of_hinges(structure: HingedStructure) -> dict[str, dict[str, float]]
     by_name = {spring.name: spring for spring in structure.springs} | structure.given_braces
     members = {name: place for place, name in enumerate(frame.members)}
     rotations, strains, ratios = {}, {}, {}
-    is_soft = soft_ends(frame)  # the constructor of the frame has warned of them
+    bending = bending_stiffness(frame)
+    is_soft = soft_ends(frame, spring_ratios(frame))  # the constructor of the frame has warned of them
     for (member, end), name in zip(structure.hinges, structure.hinge_names, strict=True):
         strength = by_name[name].parameters.get("yield_force", np.inf)  # of an elastic hinge: none
         place = members[member]
@@ -67,11 +59,10 @@ def _values_of_hinges(structure: HingedStructure) -> dict[str, dict[str, float]]
             strains[name] = strength / (modulus * area)
         elif frame.geometry.length[place] >= LEAST_SLENDERNESS * radius:
             # Other members and springs determine the yield rotations of shorter members, which have no usual values.
-            [stiffness] = bending_stiffness(frame, [place])
             with np.errstate(divide="ignore"):
-                rotations[name] = float(strength / stiffness)
+                rotations[name] = float(strength / bending[place])
             if not is_soft[place, ENDS.index(end)]:
-                ratios[name] = float(frame.geometry.end_springs[place, ENDS.index(end)] / stiffness)
+                ratios[name] = float(frame.geometry.end_springs[place, ENDS.index(end)] / bending[place])
     rotations = {name: each for name, each in rotations.items() if each < STRONG_ROTATION}
     strains = {name: each for name, each in strains.items() if each < STRONG_STRAIN}
     return {"hinge_yield_rotation": rotations, "brace_yield_strain": strains, STIFFNESS_CHECK: ratios}

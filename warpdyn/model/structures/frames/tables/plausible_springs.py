@@ -36,6 +36,12 @@ def add_offsets(findings: PlausibilityFindings, frame: Frame) -> np.ndarray:
     return found
 
 
+def bending_stiffness(frame: Frame) -> np.ndarray:
+    """Return 6 E I / L of all members, the moments of both ends per rotation in double curvature [N m/rad]."""
+    found: np.ndarray = 6 * frame.nominal.modulus * frame.nominal.inertia / frame.geometry.length
+    return found
+
+
 def spring_ratios(frame: Frame) -> np.ndarray:
     """Return rotational springs of member ends over 6 E I / L of their members, shape [member, 2].
 
@@ -45,30 +51,35 @@ def spring_ratios(frame: Frame) -> np.ndarray:
     springs = frame.geometry.end_springs
     is_slender = length >= LEAST_SLENDERNESS * np.sqrt(nominal.inertia / nominal.area)
     is_counted = ~frame.geometry.is_bar & is_slender & (nominal.inertia > 0)
-    bending = np.where(is_counted, 6 * nominal.modulus * nominal.inertia / length, np.nan)
+    bending = np.where(is_counted, bending_stiffness(frame), np.nan)
     return np.where(np.isfinite(springs) & (springs > 0), springs, np.nan) / bending[:, None]
 
 
-def soft_ends(frame: Frame) -> np.ndarray:
+def soft_ends(frame: Frame, ratios: np.ndarray) -> np.ndarray:
     """Return whether the spring of a member end is implausibly soft, shape [member, 2].
 
     All springs of a frame are softer than usual if columns and beams have them: pinned connections are those of beams.
+
+    Args:
+        frame: The frame.
+        ratios: Its `spring_ratios`.
     """
-    ratios, low = spring_ratios(frame), CHECKS["end_spring"].low
     is_soft: np.ndarray = ratios < LEAST_OF_ONE
     of_columns = np.diff(frame.coordinates[frame.ends], axis=1)[:, 0, 1] != 0
     given = np.isfinite(ratios)
     is_in_both = given[of_columns].any() and given[~of_columns].any()
-    if given.sum() >= FEWEST_SPRINGS and is_in_both and (ratios[given] < low).all():
+    if given.sum() >= FEWEST_SPRINGS and is_in_both and (ratios[given] < CHECKS["end_spring"].low).all():
         is_soft = given
     return is_soft
 
 
 def add_springs(findings: PlausibilityFindings, frame: Frame) -> None:
     """Add implausible springs of member ends to `findings`."""
-    ratios, is_soft = spring_ratios(frame), soft_ends(frame)
+    ratios = spring_ratios(frame)
     names = [f" at the {end} of member {name!r}" for name in frame.members for end in ("start", "end")]
-    findings.add_each("end_spring", np.where(is_soft, ratios, np.nan).ravel().tolist(), names.__getitem__)
+    findings.add_each(
+        "end_spring", np.where(soft_ends(frame, ratios), ratios, np.nan).ravel().tolist(), names.__getitem__
+    )
 
 
 def add_supports(findings: PlausibilityFindings, frame: Frame) -> None:
@@ -82,7 +93,7 @@ def add_supports(findings: PlausibilityFindings, frame: Frame) -> None:
         for direction in ("ux", "uy", "rz")
     }
     bending = dict.fromkeys(frame.nodes, 0.0)
-    stiffness = 6 * frame.nominal.modulus * frame.nominal.inertia / frame.geometry.length
+    stiffness = bending_stiffness(frame)
     for row, each, ends in zip(frame.members.values(), stiffness, frame.geometry.end_springs, strict=True):
         for node, end in zip((row["start"], row["end"]), ends, strict=True):
             bending[node] += float(each) if row["kind"] == "beam" and end > 0 else 0.0
