@@ -177,6 +177,14 @@ def quick_kernels() -> Iterator[None]:
         yield
 
 
+@pytest.fixture
+def new_kernels() -> Iterator[None]:
+    """Forget the kernels of equal plans before and after a test that changes a constant."""
+    build._composed_kernel.cache_clear()
+    yield
+    build._composed_kernel.cache_clear()
+
+
 @pytest.hookimpl(wrapper=True)
 def pytest_runtest_protocol(item: pytest.Item) -> Iterator[None]:
     """Run a test and its fixtures with quickly compiled kernels, unless it is marked `as_shipped`.

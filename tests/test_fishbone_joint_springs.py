@@ -70,14 +70,6 @@ def plans_of(monkeypatch) -> list:
     return plans
 
 
-@pytest.fixture
-def new_kernels():
-    """Forget the kernels of equal plans before and after a test that changes a constant."""
-    build._composed_kernel.cache_clear()
-    yield
-    build._composed_kernel.cache_clear()
-
-
 @pytest.mark.parametrize(
     ("has_base_hinge", "method", "most_solutions"),
     [

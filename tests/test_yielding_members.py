@@ -4,33 +4,21 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from emulated_gpu.cases import BILINEAR, LOADS, PLASTIC, RECORDERS, grid, shaken
+from emulated_gpu.cases import BILINEAR, LOADS, PEAKS, PLASTIC, RECORDERS, grid, shaken
+from test_fishbone_joint_springs import plans_of
 from test_frame_storeys import GPUS, IMK, largest_error
 
 import warpdyn as wd
-from warpdyn.campaigns.integration import model
 from warpdyn.engine.kernels import build
 from warpdyn.engine.kernels.bilinear_hinges import yielding_members
 from warpdyn.engine.kernels.hinges.frame_storeys import has_yielding_members
 
-PEAKS = ("peak_output", "peak_spring_deformation", "peak_spring_force", "peak_acceleration")
-
-
-@pytest.fixture
-def new_kernels():
-    """Forget the kernels of equal plans before and after a test that changes a constant."""
-    build._composed_kernel.cache_clear()
-    yield
-    build._composed_kernel.cache_clear()
-
 
 def plan_of(scene, monkeypatch, *, is_gpu):
     """Return the plan of a run, fitted to a GPU or a CPU."""
-    plans = []
-    fitted = build.fitted
-    monkeypatch.setattr(model, "fitted", lambda plan, on_gpu: plans.append(plan) or fitted(plan, on_gpu))
+    plans = plans_of(monkeypatch)
     wd.simulate(scene, method="leapfrog", device="cpu", step=0.01)
-    return fitted(plans[0], is_gpu)
+    return build.fitted(plans[0], is_gpu)
 
 
 @pytest.mark.parametrize(
