@@ -41,7 +41,7 @@ BILINEAR = {"law": "bilinear", "hardening_ratio": 0.02}
 PLASTIC = {"law": "elastic_perfectly_plastic"}
 FLAGGED = SETTINGS | {"on_unstable": "flag"}
 PEAKS = ("peak_output", "peak_spring_deformation", "peak_spring_force", "peak_acceleration")
-ALSO_ALONE = {"bilinear"}  # cases of which each sample runs alone, too
+ALSO_ALONE = {"bilinear"}  # In these cases each sample also runs alone.
 # Cases with the same structure and constants share their kernels.
 CASES = {
     "bilinear": (grid(BILINEAR, **LOADS), SETTINGS, {}),

@@ -24,8 +24,8 @@ def address(name: str) -> int:
     return ctypes.cast(getattr(library, name), ctypes.c_void_p).value
 
 
-# Functions of CUDA that exchange values, written with those of the library. Each device function of warpdyn has a
-# place of its own in the program.
+# Functions of CUDA that exchange values, written with those of the library. The place of an exchange is a line of the
+# device function of warpdyn in which it happens.
 EXCHANGES = f"""
 typedef int Whole;
 const Whole lane = ((Whole (*)()){address("thread_of_warp")}ul)();

@@ -83,8 +83,8 @@ def declare():
     turn = joint_rows()
     reduced = joint_rows()
     inverse_pivot = joint_rows()
-    half_of_ends = matrix()  # half of the stiffness of a column if both ends rotate
-    twice_chord = matrix()  # twice the rotation of a column's chord per drift
+    half_of_ends = matrix()  # 0.5 times the stiffness of a column if both ends rotate
+    twice_chord = matrix()  # 2 times the rotation of a column's chord per drift
     chord_moment = matrix()  # at both ends of a column whose joints do not rotate
     largest_moment = row()  # mean moment at the ends of a column, so far
     allowed_share = row()  # of this moment: the allowed gap
